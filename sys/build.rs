@@ -60,7 +60,7 @@ const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPus
     |DMDACreate[23]d|DMSetUp|DMDestroy|DMDAGetCorners|DMDAGetNeighbors\
     |DMDASetInterpolationType|DMSetMatType|DMCreateMatrix\
     |DMGetLocalToGlobalMapping|ISLocalToGlobalMapping(Get|Restore)Indices|DMCreateGlobalVector\
-    |VecDestroy\
+    |VecDestroy|VecDuplicate|VecNorm|VecAYPX\
     |VecGetArray(Read|Write)?|VecRestoreArray(Read|Write)?|VecSet|MatCreateVecs|MatCreate\
     |MatSetSizes|MatSetType|MatSetUp\
     |MatSetPreallocationCOO|MatSetValuesStencil|MatAssembly(Begin|End)\
@@ -71,7 +71,8 @@ const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPus
     |SetOperators|SetFromOptions|SetTolerances|GetTolerances|Solve|GetConvergedReason\
     |GetIterationNumber|GetPC\
     |Destroy|SetInitialGuessNonzero|SetReusePreconditioner|GetType|GetNormType|SetUp\
-    |GetResidualNorm)|PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose\
+    |GetResidualNorm|SetResidualHistory|GetResidualHistory|GetInitialGuessNonzero)\
+    |PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose\
     |SetUp|Name)\
     |KSPConvergedReasons|MPI_(Allreduce|Allgatherv|Sendrecv|Comm_rank|Comm_size|Gatherv|Bcast\
     |Barrier|Send|Recv)";

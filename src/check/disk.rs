@@ -4,6 +4,7 @@
 //!   fields/ snapshots      the first, the last, and one whenever it is due
 //!   checkpoint/            the newest two
 //!   steps.csv, particles.csv     a row a step; a row a particle whenever it is due
+//!   solves.csv             a row an iteration of the solves of the steps whose history is kept
 //! ```
 
 use crate::Result;
@@ -19,6 +20,8 @@ use std::io;
 /// they are in most runs.
 const STEP_ROW: f64 = 460.0;
 const PARTICLE_ROW: [f64; 2] = [480.0, 750.0];
+/// The same of `solves.csv`.
+const SOLVE_ROW: f64 = 160.0;
 /// Checkpoints that are kept, and the one that is being written.
 const CHECKPOINTS: f64 = 3.0;
 
@@ -49,12 +52,20 @@ pub struct Disk {
     pub checkpoint: f64,
     /// Bytes of `particles.csv`.
     pub particles: f64,
+    /// Bytes of `solves.csv`; `None` where no history is kept.
+    pub solves: Option<f64>,
     /// Bytes of all.
     pub all: f64,
 }
 
-/// Estimates what the folder of a run of so many steps will hold. Collective.
-pub fn expected<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -> Result<Disk> {
+/// Estimates what the folder of a run of so many steps will hold, whose solves have so many
+/// `solve_rows` a step. Collective.
+pub fn expected<const D: usize>(
+    case: &Case,
+    scene: &mut Scene<D>,
+    steps: f64,
+    solve_rows: f64,
+) -> Result<Disk> {
     let due = |cadence: &Cadence| match cadence {
         Cadence::Steps(n) => (steps / *n as f64).floor(),
         Cadence::Time(time) => (case.time.end / time).floor().min(steps),
@@ -74,8 +85,13 @@ pub fn expected<const D: usize>(case: &Case, scene: &mut Scene<D>, steps: f64) -
         |motion: &Motion| !matches!((motion, case.output.fixed), (Motion::Fixed, FixedRows::Once));
     let moving = case.particle.iter().filter(|p| has_rows(&p.motion)).count() as f64;
     let particles = PARTICLE_ROW[D - 2] * moving * (1.0 + due(&case.output.particles));
-    let all = snapshot * snapshots + CHECKPOINTS * checkpoint.0 + particles + STEP_ROW * steps;
-    Ok(Disk { snapshots, snapshot, checkpoint: checkpoint.0, particles, all })
+    let solves = case.history().map(|often| SOLVE_ROW * solve_rows * due(&often));
+    let all = snapshot * snapshots
+        + CHECKPOINTS * checkpoint.0
+        + particles
+        + solves.unwrap_or(0.0)
+        + STEP_ROW * steps;
+    Ok(Disk { snapshots, snapshot, checkpoint: checkpoint.0, particles, solves, all })
 }
 
 /// What a run will write: the folder, how often, how many and how much.
@@ -97,6 +113,9 @@ pub fn describe(case: &Case, disk: &Disk) -> String {
     if !case.particle.is_empty() {
         words +=
             &format!("; particles.csv {}, {}", often(&case.output.particles), size(disk.particles));
+    }
+    if let Some((history, bytes)) = case.history().zip(disk.solves) {
+        words += &format!("; solves.csv {}, {}", often(&history), size(bytes));
     }
     let checkpoint = match case.output.checkpoint {
         Checkpoints::Steps(n) => format!("every {n} steps"),

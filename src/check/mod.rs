@@ -114,8 +114,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     lines.extend(step_lines);
     lines.extend(contacts(case, &scene, later_step(case, &limits)));
     lines.extend(flow::describe_pressure(case, &scene)?);
-    let step = try_steps(case, &mut scene)?;
-    let disk = disk::expected(case, &mut scene, steps)?;
+    let Trial { step, solve_rows } = try_steps(case, &mut scene)?;
+    let disk = disk::expected(case, &mut scene, steps, solve_rows)?;
     lines.push(disk::describe(case, &disk));
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
@@ -149,14 +149,23 @@ fn experiment(case: &Case) -> Option<String> {
     })
 }
 
-/// Tries the first steps as a run would take them, and returns what one costs (s).
-fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<f64> {
-    let (trial, mut before) = (Instant::now(), None);
+/// What the first steps took: a step's time (s), and the rows of its solves.
+struct Trial {
+    step: f64,
+    solve_rows: f64,
+}
+
+/// Tries the first steps as a run would take them.
+fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<Trial> {
+    let (trial, mut before, mut rows) = (Instant::now(), None, 0);
     for _ in 0..TRIAL_STEPS {
         let left = case.time.end - scene.state.time;
         let (dt, _) = choose_step(case, &scene.limits()?, before, left);
-        scene.step(dt)?;
+        let report = scene.step(dt)?;
+        // Each solve has its first residual as well.
+        rows += report.outer + report.krylov;
         before = Some(dt);
     }
-    Ok(trial.elapsed().as_secs_f64() / f64::from(TRIAL_STEPS))
+    let step = trial.elapsed().as_secs_f64() / f64::from(TRIAL_STEPS);
+    Ok(Trial { step, solve_rows: f64::from(rows) / f64::from(TRIAL_STEPS) })
 }

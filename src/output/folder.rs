@@ -16,6 +16,7 @@ use crate::{Error, Result};
 pub use log::Log;
 use mics_run::bodies::PREFIX as BODIES;
 use mics_run::file::replace;
+use mics_run::folder::SOLVES;
 use mics_run::vti::write_series;
 pub use permission::may_use;
 use permission::{PART, RUN, clear, delete, lock};
@@ -36,6 +37,7 @@ pub struct Folder {
     particles: Option<Rows>,
     probes: Option<Rows>,
     passages: Option<Rows>,
+    solves: Option<Rows>,
     snapshots: Vec<(f64, u64)>,
     /// Snapshots that are on the disk for good.
     synced: usize,
@@ -55,6 +57,8 @@ pub struct Marks {
     probes: Option<u64>,
     /// Bytes of `passages.csv`, where there is one.
     passages: Option<u64>,
+    /// Bytes of `solves.csv`, where there is one.
+    solves: Option<u64>,
     /// Bytes of `log.txt`.
     log: u64,
     /// Bytes of `progress.jsonl`.
@@ -71,6 +75,7 @@ impl Marks {
             particles: Some(bytes),
             probes: None,
             passages: None,
+            solves: None,
             log: bytes,
             progress: bytes,
             snapshots,
@@ -80,9 +85,9 @@ impl Marks {
 
 impl Checkpointed for Marks {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Marks { steps, particles, probes, passages, log, progress, snapshots } = self;
+        let Marks { steps, particles, probes, passages, solves, log, progress, snapshots } = self;
         archive.label("logs")?;
-        archive.serialize([steps, particles, probes, passages, log, progress, snapshots])
+        archive.serialize([steps, particles, probes, passages, solves, log, progress, snapshots])
     }
 }
 
@@ -120,6 +125,7 @@ impl Folder {
                 false => Some(Rows::create(&path.join("probes.csv"), probe::COLUMNS)?),
             },
             passages: None,
+            solves: None,
             snapshots: Vec::new(),
             synced: 0,
             flushed: Instant::now(),
@@ -147,6 +153,11 @@ impl Folder {
         if marks.passages.is_none() {
             delete(&passages)?;
         }
+        let solves = path.join(SOLVES);
+        marks.solves.map(|length| Rows::fits(&solves, length)).transpose()?;
+        if marks.solves.is_none() {
+            delete(&solves)?;
+        }
         let fields = path.join("fields");
         // Snapshots that somebody has deleted since, to save space, are no loss to the run.
         fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
@@ -173,6 +184,7 @@ impl Folder {
             particles: marks.particles.map(|length| Rows::go_on(&particles, length)).transpose()?,
             probes: marks.probes.map(|length| Rows::go_on(&probes, length)).transpose()?,
             passages: marks.passages.map(|length| Rows::go_on(&passages, length)).transpose()?,
+            solves: marks.solves.map(|length| Rows::go_on(&solves, length)).transpose()?,
             synced: marks.snapshots.len(),
             snapshots: marks.snapshots,
             flushed: Instant::now(),
@@ -204,6 +216,7 @@ impl Folder {
             particles: self.particles.as_mut().map(Rows::sync).transpose()?,
             probes: self.probes.as_mut().map(Rows::sync).transpose()?,
             passages: self.passages.as_mut().map(Rows::sync).transpose()?,
+            solves: self.solves.as_mut().map(Rows::sync).transpose()?,
             log: log.file.as_mut().map_or(Ok(0), Rows::sync)?,
             progress: progress.length(),
             snapshots: self.snapshots.clone(),
@@ -256,6 +269,7 @@ impl Folder {
             .chain(&mut self.particles)
             .chain(&mut self.probes)
             .chain(&mut self.passages)
+            .chain(&mut self.solves)
             .chain(&mut log.file);
         files.map(Rows::flush).fold(Ok(()), Result::and)
     }

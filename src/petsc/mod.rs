@@ -10,6 +10,7 @@
 mod choice;
 mod failure;
 mod halo;
+mod history;
 mod layout;
 mod operator;
 mod options;
@@ -24,6 +25,7 @@ mod vector;
 
 pub use choice::Choice;
 pub use halo::Halo;
+pub use history::{Attempt, History};
 pub use layout::Layout;
 pub use operator::{Operator, OwnPreconditioner};
 pub use ranks::{Number, Traffic};

@@ -201,7 +201,8 @@ impl LinearSolver {
     }
 
     fn attempt(&mut self) -> Result<(ffi::KSPConvergedReason, u32)> {
-        let (mut reason, mut iterations) = (0, 0);
+        let (mut reason, mut iterations, system) = (0, 0, self.system());
+        self.history.begin(system)?;
         // SAFETY: handles made in `new`; outputs are two integers.
         unsafe {
             check("KSPSolve", ffi::KSPSolve(self.krylov, self.right_side, self.solution)).map_err(
@@ -224,6 +225,7 @@ impl LinearSolver {
                 )?;
             }
         }
+        self.history.end(system, iterations.max(0) as u32)?;
         Ok((reason, iterations.max(0) as u32))
     }
 }

@@ -8,6 +8,7 @@ use super::choice::{
     writes_numbers,
 };
 use super::failure::check;
+use super::history::{History, System};
 use super::layout::Layout;
 use super::operator::{Operator, OwnPreconditioner, Shell};
 use super::reuse::Reuse;
@@ -51,6 +52,8 @@ pub struct LinearSolver {
     pub(super) preconditioner_alone: bool,
     /// Whether the user has the operator written as a matrix.
     pub(super) writes_operator: bool,
+    /// The residuals of its solves, where they are asked for.
+    pub(super) history: History,
     /// The last field: PETSc ends no earlier than what it holds.
     pub(super) session: Session,
 }
@@ -120,6 +123,7 @@ impl LinearSolver {
             differs: true,
             preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
             writes_operator: writes_numbers(session, "-ksp_view_mat")?,
+            history: History::default(),
             session: session.clone(),
         };
         if singular {
@@ -261,6 +265,26 @@ impl LinearSolver {
     pub fn solution<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
         // SAFETY: as for the right side.
         unsafe { read(self.solution, self.owned, take) }
+    }
+
+    /// Forgets the history of its solves, and says whether the next ones are recorded.
+    pub fn record(&mut self, recording: bool) {
+        self.history.clear(recording);
+    }
+
+    /// The residuals of its solves since [`LinearSolver::record`].
+    pub fn history(&self) -> &History {
+        &self.history
+    }
+
+    /// What its history is taken from.
+    pub(super) fn system(&self) -> System {
+        System {
+            krylov: self.krylov,
+            operator: self.operator.matrix,
+            right_side: self.right_side,
+            solution: self.solution,
+        }
     }
 
     /// Whether the user fixed the relative tolerance by `-ksp_rtol`.

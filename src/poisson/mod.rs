@@ -19,11 +19,13 @@ mod level;
 mod matrix;
 mod multigrid;
 pub mod pressure;
+mod solves;
 mod transform;
 mod whole;
 
 pub use bodies::ModeFace;
 pub use matrix::Rows;
+pub use solves::SolveRow;
 
 use crate::grid::{Boundaries, BoundaryKind, Grid, largest, simd};
 use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};

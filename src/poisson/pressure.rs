@@ -15,7 +15,8 @@
 //! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a`
 //! where it was not.
 
-use super::{ModeFace, Poisson, Rows};
+use super::solves::Solves;
+use super::{ModeFace, Poisson, Rows, SolveRow};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
 use crate::kernels::faces::{self, FaceCoefficient};
@@ -39,6 +40,7 @@ pub struct Projection {
     divergence: Vec<f64>,
     phi: Vec<f64>,
     rule: StoppingRule,
+    solves: Solves,
 }
 
 /// When C-HSMAC ends.
@@ -139,6 +141,7 @@ impl Projection {
             divergence: grid.field(),
             phi: grid.field(),
             rule,
+            solves: Solves::default(),
         })
     }
 
@@ -213,6 +216,9 @@ impl Projection {
         coupled.begin(grid, dt)?;
         loop {
             done.divergence_max = self.largest_divergence(grid, coupled.faces())?;
+            if done.outer > 0 {
+                self.solves.end(done.divergence_max);
+            }
             // A step solves once though the limit is kept already, unless there is next to nothing
             // to solve: pressure that waits until D0 is reached makes the force on a particle
             // jitter.
@@ -231,6 +237,8 @@ impl Projection {
                     done.divergence_max, self.rule.max_iterations, self.rule.limit
                 )));
             }
+            let attempts = self.solver.history().attempts().len();
+            self.solves.begin(done.outer == 0, done.divergence_max, attempts);
             let tighter = self.rule.tightening.powi(done.outer as i32);
             let needed = (0.5 * self.rule.limit / done.divergence_max)
                 .clamp(1e-13, 0.1)
@@ -314,6 +322,17 @@ impl Projection {
         // Closed faces keep their velocity: phi's ghosts leave no gradient there.
         faces::add_gradient(grid, beta, -dt, phi, velocity);
         Ok(solved)
+    }
+
+    /// Forgets the solves that it has recorded, and says whether the next ones are.
+    pub fn record(&mut self, recording: bool) {
+        self.solves.clear(recording);
+        self.solver.record(recording);
+    }
+
+    /// The iterations of all solves since [`Projection::record`].
+    pub fn solves(&self) -> impl Iterator<Item = SolveRow> {
+        self.solves.rows(self.solver.history())
     }
 
     /// The linear solver in use.

@@ -31,6 +31,7 @@ impl<const D: usize> Run<'_, D> {
         let written = self.folder.as_mut().map_or(Ok(()), |folder| {
             let s = &scene.state;
             folder.write_step(&row, s)?;
+            folder.write_solves(row.step, row.time, scene.domain.projection.solves())?;
             folder.flush_when_due(log)
         });
         // One message for all three, every step.
@@ -43,6 +44,16 @@ impl<const D: usize> Run<'_, D> {
             Err(Error::Run("rank 0 failed".into()))
         } else {
             Ok(Wishes { stop, checkpoint })
+        }
+    }
+
+    /// Writes the solves of a step of `dt` (s) that failed: they may show why.
+    pub(super) fn write_failed_solves(&mut self, dt: f64) {
+        let (steps, time) = self.began;
+        if let Some(folder) = &mut self.folder {
+            // The step's own failure is what counts.
+            let solves = self.scene.domain.projection.solves();
+            let _ = folder.write_solves(steps + 1, time + dt, solves);
         }
     }
 

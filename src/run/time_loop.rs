@@ -24,6 +24,7 @@ const FASTER: f64 = 1.05;
 struct Pending {
     fields: Schedule,
     particles: Schedule,
+    history: Schedule,
     collapse: Collapse,
     /// Largest speed of the fluid (m/s), now and in the state that was kept last.
     speed: f64,
@@ -42,6 +43,7 @@ impl<const D: usize> Run<'_, D> {
         let mut pending = Pending {
             fields: Schedule::new(self.case.output.fields, time),
             particles: Schedule::new(Some(self.case.output.particles), time),
+            history: Schedule::new(self.case.history(), time),
             collapse: Collapse::default(),
             speed: 0.0,
             kept_speed: 0.0,
@@ -114,7 +116,13 @@ impl<const D: usize> Run<'_, D> {
         let (dt, _) = choose_step(self.case, &limits, before, left);
         refuse_broken_limit(dt, &limits)?;
         self.scene.domain.clock.lap(Stage::Logs);
-        let report = self.scene.step(dt)?;
+        let (step, end) = (self.scene.state.steps + 1, self.scene.state.time + dt);
+        self.scene.domain.projection.record(pending.history.due(step, end));
+        let stepped = self.scene.step(dt);
+        if stepped.is_err() {
+            self.write_failed_solves(dt);
+        }
+        let report = stepped?;
         let projected = report.projected;
         pending.speed = report.largest_speed;
         self.account.count(dt, &projected);

@@ -29,6 +29,7 @@ mod fluid_only;
 mod folder;
 mod fuzz;
 mod gaps;
+mod history;
 mod house;
 mod images;
 mod initial_from;

@@ -4,6 +4,8 @@
 pub const FIELDS: &str = "statistics.vti";
 /// Means over time in layers of cells.
 pub const PROFILE: &str = "profile.csv";
+/// The residuals of the pressure solves.
+pub const SOLVES: &str = "solves.csv";
 /// The balance of momentum over time.
 pub const BALANCE: &str = "balance.csv";
 /// The report of the run.

@@ -5,9 +5,11 @@ use super::super::rows::Rows;
 use super::Folder;
 use crate::config::{Case, ForceRule, Motion, Shape};
 use crate::particles::Body;
+use crate::poisson::SolveRow;
 use crate::state::{Exchange, State};
 use crate::{Error, Result};
 use mics_run::file::replace;
+use mics_run::folder::SOLVES;
 use std::path::Path;
 
 /// What `particles.csv` holds; docs/output.md says what each column is.
@@ -31,6 +33,9 @@ const DRIVE_COLUMNS: &str = ",drive_fx,drive_fy,drive_fz,drive_work";
 /// Bodies that have left the box, and its columns.
 pub(super) const PASSAGES: &str = "passages.csv";
 const PASSAGE_COLUMNS: &str = "step,time,id,what,mass,diameter,x,y,z,vx,vy,vz";
+/// What `solves.csv` holds.
+const SOLVE_COLUMNS: &str = "step,time,projection,outer_iteration,attempt,krylov_iteration,norm,\
+    residual,relative_residual,tolerance,divergence_before,divergence_after";
 /// What particles are, which does not change: a row each.
 pub(super) const ROSTER: &str = "bodies.csv";
 /// A row of `steps.csv`.
@@ -162,6 +167,36 @@ impl Folder {
             "{step},{time:?},{id},{what},{mass:?},{diameter:?},{:?},{:?},{:?},{:?},{:?},{:?}",
             c.x, c.y, c.z, v.x, v.y, v.z
         ))
+    }
+
+    /// Writes the iterations of all solves of a step that ended, or was to end, at `time` (s): rows
+    /// of `solves.csv`, which the first one begins.
+    pub fn write_solves(
+        &mut self,
+        step: u64,
+        time: f64,
+        solves: impl Iterator<Item = SolveRow>,
+    ) -> Result<()> {
+        for r in solves {
+            let rows = match &mut self.solves {
+                Some(rows) => rows,
+                none => none.insert(Rows::create(&self.path.join(SOLVES), SOLVE_COLUMNS)?),
+            };
+            rows.put(format_args!(
+                "{step},{time:?},{},{},{},{},{},{:e},{:e},",
+                r.projection, r.outer, r.attempt, r.krylov, r.norm, r.residual, r.relative
+            ));
+            // What there is none of is an empty cell.
+            if let Some(tolerance) = r.tolerance {
+                rows.put(format_args!("{tolerance:e}"));
+            }
+            rows.put(format_args!(",{:e},", r.before));
+            if let Some(after) = r.after {
+                rows.put(format_args!("{after:e}"));
+            }
+            rows.end_line()?;
+        }
+        Ok(())
     }
 
     /// Writes a line of `probes.csv`.

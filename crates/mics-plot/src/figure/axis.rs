@@ -38,7 +38,8 @@ impl Axis {
                 every.flat_map(|k| factors.iter().map(move |f| f64::from(*f) * 10f64.powi(k)));
             values.filter(|value| range.contains(&value.log10())).collect()
         };
-        let sparse = [multiples(&[1]), multiples(&[1, 2, 5])].into_iter().find(|all| all.len() > 2);
+        let enough = |all: &Vec<f64>| all.len() > 2 || (stride > 1 && all.len() > 1);
+        let sparse = [multiples(&[1]), multiples(&[1, 2, 5])].into_iter().find(enough);
         // Each with the step that its digits have to show: its own size, or that of ticks within
         // one decade.
         let linear = || {

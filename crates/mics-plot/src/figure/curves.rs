@@ -163,7 +163,10 @@ fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
             None if beside => padded(everything[k].iter().map(|point| point.0), 0.03),
             None => shared.clone(),
         };
-        let x = axis(axes.log_x, in_x, &axes.x_label, (8 * extent.0 / PLOT.0).max(4));
+        let ticks = (8 * extent.0 / PLOT.0).max(4);
+        // A step of 1 where there is room.
+        let whole = ((in_x.end - in_x.start) as i32 + 1).min(ticks);
+        let x = axis(axes.log_x, in_x, &axes.x_label, if axes.whole_x { whole } else { ticks });
         let x = if axes.falling_x { x.reversed() } else { x };
         let last = beside || k + 1 == count;
         let x = if last { x } else { x.hushed() };

@@ -189,6 +189,8 @@ pub struct Axes {
     pub log_x: bool,
     /// Whether the vertical axis is logarithmic.
     pub log_y: bool,
+    /// Whether the horizontal axis counts: its ticks are whole numbers.
+    pub whole_x: bool,
     /// Whether the horizontal axis runs from its high end to its low end.
     pub falling_x: bool,
     /// Title above the figure; may be empty.

@@ -2,11 +2,13 @@
 //!
 //! One run: the last state's vorticity with streamlines and its streamlines (`fields`), both over
 //! time as strips (Figs. 6, 7, 11, 14), forces over time and over the height of a fall (`forces`,
-//! Fig. 10), speeds, means over layers (`profile`) and what probes recorded (`probes`). One or
+//! Fig. 10), speeds, means over layers (`profile`), what probes recorded (`probes`) and how the
+//! pressure solves converged (`convergence`). One or
 //! several: paths (`paths`, Fig. 9), Cd(Re) and St(Re) (`reynolds`, Figs. 4, 5). `rows` reads
 //! `particles.csv`, `kinds` chooses the bodies that stand for many.
 
 mod components;
+mod convergence;
 mod discs;
 mod fields;
 mod forces;
@@ -24,6 +26,7 @@ mod view;
 use crate::figure::{self, Chart};
 use mics_run::bodies::Pose;
 use mics_run::config::{Case, Section, load};
+use mics_run::folder::SOLVES;
 use mics_run::progress::Record;
 use mics_run::snapshot::Snapshot;
 use mics_run::words::rounded;
@@ -33,6 +36,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+pub(super) use convergence::{Solve, StepSolves, convergence};
 pub use discs::Bodies;
 pub(super) use fields::{
     Look, dated, evenly, nearest, newest_snapshot, plane, sections, snapshots,
@@ -187,14 +191,7 @@ impl Request {
                 .collect()
         };
         if figure == Figure::Field {
-            let frames = match (&self.times[..], newest_snapshot(&run.folder)?) {
-                ([], last) => vec![(Snapshot::time_of(&last)?, last)],
-                (times, _) => fields::choose(&run.folder, times)?,
-            };
-            let folder = self.folder(runs)?;
-            return Reel::of(run, &self.view, &frames)
-                .and_then(|reels| reel::pictures(&reels, &folder))
-                .map(Some);
+            return self.draw_field(runs, run).map(Some);
         }
         let drawn = match figure {
             Figure::Vorticity => figure::vorticity(&last(run)?, &stem("vorticity")?)?,
@@ -216,13 +213,29 @@ impl Request {
             Figure::Strouhal => {
                 return Ok(reynolds::strouhal(runs, &self.folder(runs)?)?.map(Vec::from));
             }
+            Figure::Convergence | Figure::ConvergenceSteps => {
+                let Some(chart) = solves(figure, run, self.times.last().copied())? else {
+                    return Ok(None);
+                };
+                figure::chart(&chart, &stem(&figure.file())?)?
+            }
             _ => {
                 let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
                 let Some(chart) = curves(figure, runs, &rows)? else { return Ok(None) };
-                figure::chart(&chart, &stem(&figure.name().replace('-', "_"))?)?
+                figure::chart(&chart, &stem(&figure.file())?)?
             }
         };
         Ok(Some(drawn.into()))
+    }
+
+    /// Draws the colours of a field of a run alone.
+    fn draw_field(&self, runs: &[Run], run: &Run) -> Result<Vec<PathBuf>> {
+        let frames = match (&self.times[..], newest_snapshot(&run.folder)?) {
+            ([], last) => vec![(Snapshot::time_of(&last)?, last)],
+            (times, _) => fields::choose(&run.folder, times)?,
+        };
+        let folder = self.folder(runs)?;
+        reel::pictures(&Reel::of(run, &self.view, &frames)?, &folder)
     }
 }
 
@@ -297,12 +310,17 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
         Figure::ProbeLines,
     ]
     .map(|figure| Ok((figure, curves(figure, runs, rows)?)));
-    let figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
+    let mut figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
+    if folder.join(SOLVES).is_file() {
+        for figure in [Figure::Convergence, Figure::ConvergenceSteps] {
+            figures.push((figure, solves(figure, &run, None)?));
+        }
+    }
     let folder = Request::default().folder(runs)?;
     let mut written = Vec::new();
     for (figure, drawn) in figures {
         if let Some(chart) = drawn {
-            written.extend(figure::chart(&chart, &folder.join(figure.name().replace('-', "_")))?);
+            written.extend(figure::chart(&chart, &folder.join(figure.file()))?);
         }
     }
     for (number, plane) in last.planes.iter().enumerate().rev() {
@@ -346,14 +364,27 @@ fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<Chart>> 
         }
         _ => None,
     };
-    Ok(drawn.map(|mut chart| {
-        if let Some((axes, _)) = chart.panels.first_mut() {
-            let rest =
-                if axes.title.is_empty() { String::new() } else { format!(": {}", axes.title) };
-            axes.title = case.name.clone() + &rest;
-        }
-        chart
-    }))
+    Ok(drawn.map(|chart| named(chart, case)))
+}
+
+/// A figure of a run's pressure solves, of the step next to a time (s) where it is of one.
+fn solves(figure: Figure, run: &Run, time: Option<f64>) -> Result<Option<Chart>> {
+    let limit = run.case.pressure.divergence_limit;
+    let drawn = if figure == Figure::Convergence {
+        convergence::convergence(&run.folder, limit, time)?
+    } else {
+        convergence::over_steps(&run.folder, limit)?
+    };
+    Ok(drawn.map(|chart| named(chart, &run.case)))
+}
+
+/// A figure with the name of its case before its title.
+fn named(mut chart: Chart, case: &Case) -> Chart {
+    if let Some((axes, _)) = chart.panels.first_mut() {
+        let rest = if axes.title.is_empty() { String::new() } else { format!(": {}", axes.title) };
+        axes.title = case.name.clone() + &rest;
+    }
+    chart
 }
 
 /// The names of the runs' folders, with what is before them where two have the same.

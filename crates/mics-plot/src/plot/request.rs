@@ -16,8 +16,8 @@ pub struct Request {
     #[arg(long = "figure", value_name = "FIGURE", value_delimiter = ',')]
     pub figures: Vec<Figure>,
     /// Times (s) of a strip's panels, or the one of a picture of the flow, e.g. 0.1,0.2,0.3:
-    /// the nearest snapshots; without --figure and --field of vorticity and streamlines
-    /// [default: of a strip six from start to end, else the last].
+    /// the nearest snapshots, of convergence the nearest step; without --figure and --field of
+    /// vorticity and streamlines [default: of a strip six from start to end, else the last].
     #[arg(long, value_name = "TIMES", value_delimiter = ',', allow_negative_numbers = true)]
     pub times: Vec<f64>,
     /// Vorticity (1/s) from one contour line of vorticity-strip to the next [default: a round
@@ -68,6 +68,11 @@ pub enum Figure {
     Probes,
     /// Mean velocity and pressure along probes of several points, where the case has some.
     ProbeLines,
+    /// Residuals of the pressure solves of the last step that has a history, or of the one next to
+    /// --times, and |D| over their C-HSMAC iterations, where the case has `pressure.history`.
+    Convergence,
+    /// Iterations of the pressure and |D| over the steps.
+    ConvergenceSteps,
     /// Drag coefficient over Re of all runs, beside the references of their cases; of one body in
     /// an unbounded stream beside a formula (Fig. 4).
     Drag,
@@ -80,6 +85,11 @@ impl Figure {
     pub(super) fn name(self) -> String {
         clap::ValueEnum::to_possible_value(&self)
             .map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// The stem of its files.
+    pub(super) fn file(self) -> String {
+        self.name().replace('-', "_")
     }
 
     fn is_strip(self) -> bool {
@@ -117,6 +127,11 @@ impl Figure {
             Figure::Profile => "statistics with a profile (profile.csv)",
             Figure::Probes => "a [[probe]] of one point (probes.csv)",
             Figure::ProbeLines => "a [[probe]] of several points (probes.csv)",
+            Figure::Convergence => {
+                "the history of its solves (solves.csv): run it with --set pressure.history=true; \
+                convergence-steps needs none"
+            }
+            Figure::ConvergenceSteps => "two steps or more (steps.csv)",
             Figure::Drag => "a measure of kind \"drag_coefficient\" with a value in summary.json",
             Figure::Strouhal => "a measure of kind \"strouhal\" with a value in summary.json",
         }
@@ -184,8 +199,9 @@ impl Request {
         let of_the_flow =
             "ask for --figure field, vorticity, streamlines, vorticity-strip or streamlines-strip";
         let shows_the_flow = figures.iter().any(|figure| figure.is_of_the_flow());
-        if !self.times.is_empty() && !shows_the_flow {
-            return refuse(format!("--times are of the flow; {of_the_flow}"));
+        let timed = shows_the_flow || figures.contains(&Figure::Convergence);
+        if !self.times.is_empty() && !timed {
+            return refuse(format!("--times are of the flow; {of_the_flow}, or convergence"));
         }
         if self.times.len() > 1
             && !figures.iter().any(|figure| figure.is_strip() || *figure == Figure::Field)

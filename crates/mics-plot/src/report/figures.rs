@@ -38,6 +38,8 @@ pub fn figures(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     all.extend(motion(run)?);
     all.extend(records(run, folder)?);
     all.extend(numerics(run)?);
+    let limit = run.case.pressure.divergence_limit;
+    all.extend(charted(Part::Numerics, "Convergence", plot::convergence(folder, limit, None)?)?);
     Ok(all)
 }
 

@@ -7,8 +7,9 @@
 mod describe;
 mod figures;
 mod page;
+mod solves;
 
-use crate::plot::{self, Rows};
+use crate::plot::{self, Rows, StepSolves};
 use mics_run::compare::Comparison;
 use mics_run::config::Case;
 use mics_run::file::replace;
@@ -29,6 +30,8 @@ struct Run {
     particles: Rows,
     /// Columns of `steps.csv`.
     steps: HashMap<String, Vec<f64>>,
+    /// The pressure solves of the last step that has a history.
+    solves: Option<StepSolves>,
     log: String,
 }
 
@@ -46,6 +49,7 @@ impl Run {
             summary: Summary::read(folder).ok(),
             particles: Rows::read(folder, &case, &[time], &[]),
             case,
+            solves: StepSolves::read(folder, None)?,
             steps: steps(&folder.join("steps.csv")),
             log: std::fs::read_to_string(folder.join("log.txt")).unwrap_or_default(),
         })

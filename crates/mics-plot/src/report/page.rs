@@ -1,7 +1,7 @@
 //! The page: HTML by `maud`, which escapes all that comes from a case or a log.
 
 use super::figures::{Figure, Part};
-use super::{Run, describe};
+use super::{Run, describe, solves};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use mics_run::compare::{measured, percent};
 
@@ -58,6 +58,10 @@ fn sections(run: &Run, figures: &[Figure]) -> Vec<(&'static str, &'static str, M
         let figures: Vec<&Figure> = figures.iter().filter(|f| f.part == part).collect();
         (!figures.is_empty()).then(|| gallery(&figures, class))
     };
+    let numerics = shown(Part::Numerics, "figures curves");
+    let numerics = numerics.map(|figures| {
+        html! { (figures) @if let Some(step) = &run.solves { (solves::table(step)) } }
+    });
     let all = [
         ("measures", "Measures", (!run.case.measure.is_empty()).then(|| measures(run))),
         ("flow", "The flow", shown(Part::Fields, "figures fields")),
@@ -70,7 +74,7 @@ fn sections(run: &Run, figures: &[Figure]) -> Vec<(&'static str, &'static str, M
             "What was needed and what was skipped",
             (!run.provenance.needs.is_empty()).then(|| needs(run)),
         ),
-        ("numerics", "How well it was solved", shown(Part::Numerics, "figures curves")),
+        ("numerics", "How well it was solved", numerics),
         ("cost", "Where the time went", run.summary.as_ref().map(|_| cost(run))),
         ("reproduce", "How to run it again", Some(reproduce(run))),
     ];

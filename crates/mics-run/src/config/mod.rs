@@ -30,7 +30,7 @@ mod write;
 
 pub use raw::{
     Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, FixedRows, ForceRule,
-    FractionRule, GradientRule, Lock, MOST_SUBSTEPS, MeanVelocity, MeasureKind, Numerics,
+    FractionRule, GradientRule, History, Lock, MOST_SUBSTEPS, MeanVelocity, MeasureKind, Numerics,
     Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, Region, Removed, RotationRule,
     Round, Scheme, Section, Shape, Side, Solver, Statistics, Stiffness, Substeps,
     TangentialDamping, WALL, WallRule, When,

@@ -4,8 +4,8 @@
 use super::direction;
 use super::fault::{Check, Fault, positive};
 use super::raw::{
-    self, Advection, Buoyancy, FixedRows, GradientRule, Scheme, Side, Solver, Spin, Stiffness,
-    WallRule, Which,
+    self, Advection, Buoyancy, FixedRows, GradientRule, History, Scheme, Side, Solver, Spin,
+    Stiffness, WallRule, Which,
 };
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion,
@@ -85,9 +85,18 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         reference_speed,
         stream,
     };
-    direct(&case)?;
-    buoyancy(&case)?;
+    check(&case)?;
     Ok(case)
+}
+
+/// Checks what takes values to tell.
+fn check(case: &Case) -> Check {
+    direct(case)?;
+    buoyancy(case)?;
+    if let History::Every(often) = &case.pressure.history {
+        cadence("pressure.history", often)?;
+    }
+    Ok(())
 }
 
 /// What is there at time 0, with this velocity of the fluid (m/s).

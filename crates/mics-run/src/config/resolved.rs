@@ -2,7 +2,7 @@
 //! `Option` is physics that the case does without.
 
 use super::raw::{
-    Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, Lock, MeanVelocity,
+    Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock, MeanVelocity,
     MeasureKind, Numerics, Oscillation, Petsc, Preset, Pressure, Probe, Reference, Region, Removed,
     Scheme, Section, Shape, Side, Statistics, Stiffness, Substeps, TangentialDamping, When,
 };
@@ -57,6 +57,17 @@ pub struct Case {
 }
 
 impl Case {
+    /// How often `solves.csv` has the solves of a step; `None`: never.
+    pub fn history(&self) -> Option<Cadence> {
+        match &self.pressure.history {
+            History::Always(always) => always.then_some(Cadence::Steps(1)),
+            History::Every(often) => {
+                let steps = often.every.map(Cadence::Steps);
+                steps.or(often.every_time.map(Cadence::Time))
+            }
+        }
+    }
+
     /// 2 or 3: how many numbers `domain.size` has.
     pub fn dimension(&self) -> usize {
         self.domain.size.len()

@@ -306,6 +306,9 @@ pub struct Pressure {
     pub max_iterations: usize,
     /// The linear solver.
     pub solver: Solver,
+    /// Whether `solves.csv` has the residual of every iteration of every solve: `true`, or of some
+    /// steps, `{ every = 10 }`; default no.
+    pub history: History,
 }
 
 impl Default for Pressure {
@@ -315,6 +318,7 @@ impl Default for Pressure {
             tightening: 0.1,
             max_iterations: 20,
             solver: Solver::default(),
+            history: History::default(),
         }
     }
 }
@@ -332,6 +336,25 @@ pub enum Solver {
     Multigrid,
     /// Fast transforms: where every face has the same coefficient, on one rank.
     Direct,
+}
+
+/// Which steps have the residuals of their pressure solves written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "a history of solves is true, false or as often as in { every = 10 } (steps)"
+)]
+pub enum History {
+    /// Every step, or none.
+    Always(bool),
+    /// Every so often.
+    Every(Cadence),
+}
+
+impl Default for History {
+    fn default() -> Self {
+        History::Always(false)
+    }
 }
 
 /// Raw PETSc options.
