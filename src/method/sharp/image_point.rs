@@ -52,25 +52,28 @@ impl<const D: usize> ImagePoint<D> {
     pub fn velocity(&self, grid: &Grid<D>, u: &VectorField<D>) -> Vector3<f64> {
         // Found anew each time: reading them from memory takes longer.
         let weights = self.place.map(weights);
-        let mut sum = Vector3::zeros();
         let (first, planes) = (self.first as usize, if D == 3 { 4 } else { 1 });
-        for (a, field) in u.iter().enumerate() {
-            let mut columns = [0.0; 4];
-            for k in 0..planes {
-                let (plane, wk) = if D == 3 {
-                    (first + k * grid.stride[D - 1], weights[D - 1][k])
-                } else {
-                    (first, 1.0)
-                };
-                for j in 0..4 {
-                    let row = plane + j * grid.stride[1];
-                    let wj = wk * weights[1][j];
+        // The components side by side: one waits less for the sums of another.
+        let mut columns = [[0.0; 4]; D];
+        for k in 0..planes {
+            let (plane, wk) = if D == 3 {
+                (first + k * grid.stride[D - 1], weights[D - 1][k])
+            } else {
+                (first, 1.0)
+            };
+            for j in 0..4 {
+                let row = plane + j * grid.stride[1];
+                let wj = wk * weights[1][j];
+                for (columns, field) in columns.iter_mut().zip(u) {
                     for (column, q) in columns.iter_mut().zip(&field[row..row + 4]) {
                         *column += wj * q;
                     }
                 }
             }
-            sum[a] = columns.iter().zip(&weights[0]).map(|(c, w)| c * w).sum();
+        }
+        let mut sum = Vector3::zeros();
+        for (sum, columns) in sum.iter_mut().zip(&columns) {
+            *sum = columns.iter().zip(&weights[0]).map(|(c, w)| c * w).sum();
         }
         sum
     }
