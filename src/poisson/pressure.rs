@@ -15,7 +15,8 @@
 //! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a`
 //! where it was not.
 
-use super::{ModeFace, Poisson, Rows};
+use super::export::Export;
+use super::{ModeFace, Poisson, Rows, System};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
 use crate::kernels::faces::{self, FaceCoefficient};
@@ -39,6 +40,8 @@ pub struct Projection {
     divergence: Vec<f64>,
     phi: Vec<f64>,
     rule: StoppingRule,
+    /// The system of a solve that somebody wants.
+    export: Option<Export>,
 }
 
 /// When C-HSMAC ends.
@@ -136,6 +139,7 @@ impl Projection {
             divergence: grid.field(),
             phi: grid.field(),
             rule,
+            export: None,
         })
     }
 
@@ -293,7 +297,11 @@ impl Projection {
         // before it has begun, and none whose tolerance the user has fixed.
         let fixed = self.solver.fixed_rtol().is_some();
         let atol = if within || fixed { 0.0 } else { 0.5 * self.rule.limit / dt };
-        let solved = self.solver.solve(rtol, atol)?;
+        let ended = self.solver.solve(rtol, atol);
+        if let Some(export) = &mut self.export {
+            export.see(&mut *borrow(&self.operator)?, &self.solver, (rtol, atol), &ended)?;
+        }
+        let solved = ended?;
         let phi = &mut self.phi;
         self.solver.solution(|x| {
             for (values, row) in x.chunks_exact(grid.local[0]).zip(grid.rows()) {
@@ -307,6 +315,17 @@ impl Projection {
         // Closed faces keep their velocity: phi's ghosts leave no gradient there.
         faces::add_gradient(grid, beta, -dt, phi, velocity);
         Ok(solved)
+    }
+
+    /// Keeps the system of the solve of this number (from 1), counted from now on. On one rank.
+    pub fn keep_system_of(&mut self, solve: usize) {
+        self.export = Some(Export::of(solve));
+    }
+
+    /// How many solves there were since [`Projection::keep_system_of`], and the system of the
+    /// wanted one, where it was among them. Nothing is kept from then on.
+    pub fn take_system(&mut self) -> (usize, Option<System>) {
+        self.export.take().map_or((0, None), |export| (export.seen, export.system))
     }
 
     /// The linear solver in use.
