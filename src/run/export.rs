@@ -177,10 +177,14 @@ impl<const D: usize> Run<'_, D> {
                 "nothing is solved in step {step}, from t = {time:.6} s: its velocities are free \
                 of divergence as they are, and the pressure stays; give another step"
             ),
+            1 => format!(
+                "step {step}, from t = {time:.6} s, solves for the pressure once: there is no \
+                --solve {}",
+                wanted.solve
+            ),
             _ => format!(
-                "step {step}, from t = {time:.6} s, solves for the pressure {solves} time{}: give \
-                --solve from 1 to {solves}, not {}",
-                if solves == 1 { "" } else { "s" },
+                "step {step}, from t = {time:.6} s, solves for the pressure {solves} times: there \
+                is no --solve {}",
                 wanted.solve
             ),
         })

@@ -4,6 +4,7 @@ mod readme;
 mod whole;
 
 use clap::Args;
+use mics::petsc::Solved;
 use mics::poisson::{Factor, OwnSolve, System};
 use mics::run::{self, Exported, Moment, Wanted, system_of};
 use mics::scene::read_case;
@@ -238,8 +239,8 @@ impl About<'_> {
                 system.fluid.rows(),
                 if system.singular { "singular" } else { "not singular" }
             ),
-            format!("A has {}", self.nonzeros()),
-            format!("x leaves |b - A x|/|b| = {:.1e}", system.relative_residual()),
+            format!("nonzeros: {}", self.nonzeros()),
+            format!("exact x: b - A x is {:.1e} of b", system.relative_residual()),
             self.own_solve(),
         ];
         if self.whole.matrix.is_none() {
@@ -253,33 +254,34 @@ impl About<'_> {
 
     /// How many nonzeros the matrices have, in words.
     fn nonzeros(&self) -> String {
-        let Exported { system, .. } = self.exported;
+        let system = &self.exported.system;
         let whole = match &self.whole.matrix {
-            Some(whole) => format!("{} nonzeros", whole.entries()),
-            None => format!("up to {} nonzeros", self.whole.at_most),
+            Some(whole) => whole.entries().to_string(),
+            None => format!("up to {}", self.whole.at_most),
         };
         let (fluid, count) = (system.fluid.entries(), system.factors.len());
+        let of_factors = system.factors.iter().map(|factor| factor.entries.len());
         let factors = match count {
-            0 => "and nothing is added to it".into(),
-            _ => format!(
-                "J {} in {count} column{}",
-                system.factors.iter().map(|factor| factor.entries.len()).sum::<usize>(),
-                if count == 1 { "" } else { "s" }
-            ),
+            0 => "nothing is added to it".into(),
+            _ => {
+                let columns = if count == 1 { "column" } else { "columns" };
+                format!("J {} in {count} {columns}", of_factors.sum::<usize>())
+            }
         };
-        format!("{whole}, A_fluid {fluid}, {factors}")
+        format!("A {whole}, A_fluid {fluid}, {factors}")
     }
 
     /// How the run solved it, in words.
     fn own_solve(&self) -> String {
         let OwnSolve { rtol, atol, outcome } = &self.exported.system.own;
-        let to = format!("to |r| <= {rtol:e} |b| or {atol:e}");
+        let absolute = if *atol > 0.0 { format!(" or is {atol:.3e}") } else { String::new() };
+        let to = format!("until the residual is {rtol:.3e} of b{absolute}");
         match outcome {
-            Ok(solved) if solved.retried => {
-                format!("the run's solver took {} iterations in two tries, {to}", solved.iterations)
+            Ok(Solved { iterations, retried, .. }) => {
+                let tries = if *retried { " in two tries" } else { "" };
+                format!("the run's solver takes {iterations} iterations{tries}, {to}")
             }
-            Ok(solved) => format!("the run's solver took {} iterations, {to}", solved.iterations),
-            Err(failure) => format!("the run's solver failed, {to}: {failure}"),
+            Err(failure) => format!("the run's solver fails: {failure}"),
         }
     }
 }
