@@ -287,9 +287,22 @@ impl LinearSolver {
         }
     }
 
+    /// Hands the right side to `take`, after a solve without its mean where constants solve the
+    /// homogeneous system.
+    pub fn right_side<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
+        // SAFETY: as for the solution.
+        unsafe { read(self.right_side, self.owned, take) }
+    }
+
     /// Whether the user fixed the relative tolerance by `-ksp_rtol`.
     pub fn fixed_rtol(&self) -> Option<f64> {
         self.fixed_rtol
+    }
+
+    /// The absolute tolerance of a solve that is asked for this one: the user's, or none where the
+    /// method does not test the true residual.
+    pub fn absolute_tolerance(&self, asked: f64) -> f64 {
+        self.fixed_atol.unwrap_or(if self.tests_true_residual { asked } else { 0.0 })
     }
 
     /// The method and the preconditioner in use, as `bcgs + hypre`, with when a
