@@ -7,6 +7,11 @@ use mics_run::words::rounded;
 /// How to read and solve it, with places for what depends on the system.
 const READING: &str = include_str!("reading.md");
 
+/// What is solved.
+const EQUATION: &str = "x = phi, the change of the pressure, solves in every cell
+`-div(beta grad phi) + the response of free bodies = -D/dt`, with beta = 1/rho on faces (times the
+open part of a face that a sharp body surface cuts) and D the divergence that is left.";
+
 /// The page.
 pub fn page(about: &About) -> String {
     let Exported { step, .. } = about.exported;
@@ -74,13 +79,13 @@ fn what(about: &About) -> String {
         ("its options", format!("`{}` (PETSc {})", at.options.trim(), at.petsc)),
     ];
     let rows: String = rows.iter().map(|(name, text)| format!("| {name} | {text} |\n")).collect();
+    let from = format!(
+        "One linear solve of the pressure iteration (C-HSMAC) of a run of\nmics {}:",
+        env!("CARGO_PKG_VERSION")
+    );
     format!(
         "    A x = b,    A = A_fluid + J diag(w) J^T\n\n\
-        One linear solve of the pressure iteration (C-HSMAC) of a run of mics {}: x = phi, the \
-        change of the pressure, solves\n`-div(beta grad phi) + the response of free bodies = -D/dt` \
-        in every cell, with beta = 1/rho on faces (times the open part of\na face that a sharp \
-        body surface cuts) and D the divergence that is left.\n\n| | |\n|---|---|\n{rows}",
-        env!("CARGO_PKG_VERSION")
+        {from} {EQUATION}\n\n| | |\n|---|---|\n{rows}"
     )
     .trim_end()
     .to_owned()
