@@ -172,35 +172,33 @@ impl<'a, const D: usize> Run<'a, D> {
         let inherited =
             ended.map_or(Ok(Vec::new()), |ended| ended.initialise(session, case, &mut scene))?;
         let mut statistics = Statistics::of_case(&scene, case);
-        let marks = restart.as_mut();
-        let marks = marks
-            .map(|r| {
-                r.read(session, &mut account, &mut series, &mut statistics, loaded, &mut scene)
-            })
-            .transpose()?;
+        let marks = restart.as_mut().map(|restart| {
+            let (account, series, statistics) = (&mut account, &mut series, &mut statistics);
+            restart.read(session, account, series, statistics, loaded, &mut scene)
+        });
+        let marks = marks.transpose()?;
         crate::check::refuse(loaded, &scene)?;
         let lead = session.rank() == 0;
         let mut log = Log::new(lead && !request.quiet);
-        let opened = out.as_ref().filter(|_| lead).map(|out| match (&restart, marks) {
+        let kept = out.as_deref().filter(|_| lead);
+        let opened = kept.map(|out| match (&restart, marks) {
             (Some(restart), Some(marks)) => restart.open_folder(out, &mut log, case, marks),
             _ => Folder::create(out, &mut log, case, &scene.state),
         });
         let folder = session.agree(opened.transpose())?;
         let mut good = Readable::default();
         scene.state.keep(&mut good);
-        let newest = restart.as_ref().map(Restart::step);
         Ok(Run {
             began: (scene.state.steps, scene.state.time),
             good,
             draw: request.draw,
             commit: request.commit,
             folder,
-            progress: Progress::new(
-                lead && !request.quiet,
-                case.time.end,
-                out.as_deref().filter(|_| lead),
+            progress: Progress::new(lead && !request.quiet, case.time.end, kept),
+            checkpoints: Checkpoints::new(
+                case.output.checkpoint,
+                restart.as_ref().map(Restart::step),
             ),
-            checkpoints: Checkpoints::new(case.output.checkpoint, newest),
             series,
             probes: Probes::new(&case.probe),
             statistics,

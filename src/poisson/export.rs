@@ -44,6 +44,8 @@ impl Export {
         }
         let outcome = match ended {
             Ok(solved) => Ok(*solved),
+            // Of an option, and no failure to solve.
+            Err(Error::Usage(_)) => return Ok(()),
             Err(failed) => Err(failed.to_string()),
         };
         let mut system = System {
@@ -61,7 +63,7 @@ impl Export {
 }
 
 impl Poisson {
-    /// The part of the fluid, where one rank has all cells. A face that closes a period is one face.
+    /// The part of the fluid, where one rank has all cells. A face that closes a period is one.
     fn fluid_matrix(&mut self) -> Sparse {
         self.need_faces();
         let (lattice, g) = (self.lattice, &self.g);

@@ -64,7 +64,7 @@ impl HeldMean {
         let sum = |parts: &[(u32, f64)]| (parts[0].0, parts.iter().map(|part| part.1).sum());
         let entries: Vec<_> = parts.map(sum).filter(|(_, j)| *j != 0.0).collect();
         let there = self.weight != 0.0 && !entries.is_empty();
-        there.then(|| Factor { origin: Origin::HeldMean, weight: self.weight, entries })
+        there.then_some(Factor { origin: Origin::HeldMean, weight: self.weight, entries })
     }
 }
 

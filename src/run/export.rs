@@ -126,12 +126,12 @@ fn export<const D: usize>(request: &Request, loaded: &Loaded, wanted: Wanted) ->
     let (added, interrupt) = (Extensions::default(), Interrupt::listen()?);
     let mut run = Run::<D>::new(&session, loaded, request, added, None, interrupt, None)?;
     run.awaited = Some(Awaited { wanted, dt: None });
-    run.to_system(wanted)
+    run.reach_system(wanted)
 }
 
 impl<const D: usize> Run<'_, D> {
     /// Steps to the solve that is wanted.
-    fn to_system(&mut self, wanted: Wanted) -> Result<Exported> {
+    fn reach_system(&mut self, wanted: Wanted) -> Result<Exported> {
         let mut pending = self.pending();
         self.progress.begin(0, self.scene.state.time, None);
         while self.scene.state.time < self.case.time.end * (1.0 - 1e-12) {

@@ -271,6 +271,7 @@ fn bad_export_system_is_refused_and_nothing_written() {
         row(&case, &[&short[..], &["--step", "900"]].concat(), &["the run ends with step", "0.01"]),
         row(&still_case, &["--step", "1"], &["nothing is solved in step 1"]),
         row(&case, &["--step", "1", "--set", "fluid.viscosity=-1"], &["fluid.viscosity"]),
+        row(&case, &["--step", "1", "--", "-pc_type", "eisenstat"], &["as a matrix"]),
     ]);
     let ranks = mpirun(2, env!("CARGO_BIN_EXE_mics"))
         .arg("export-system")

@@ -195,15 +195,18 @@ impl About<'_> {
 
     /// The content of `system.json`.
     fn json(&self) -> Value {
-        let Exported { system, .. } = self.exported;
         let at = self.exported;
+        let system = &at.system;
         let System { fluid, factors, singular, own, .. } = system;
         let OwnSolve { rtol, atol, outcome } = own;
         let outcome = match outcome {
             Ok(solved) => json!({ "iterations": solved.iterations, "repeated": solved.retried }),
             Err(failure) => json!({ "failure": failure }),
         };
-        let factor = |(factor, words): (&Factor, &String)| json!({ "weight": factor.weight, "nonzeros": factor.entries.len(), "of": words });
+        let factor = |(factor, words): (&Factor, &String)| {
+            let (weight, nonzeros) = (factor.weight, factor.entries.len());
+            json!({ "weight": weight, "nonzeros": nonzeros, "of": words })
+        };
         json!({
             "case": self.name,
             "step": at.step, "time": at.time, "dt": at.dt, "solve": self.solve,

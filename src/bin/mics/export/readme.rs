@@ -7,6 +7,11 @@ use mics_run::words::rounded;
 /// How to read and solve it, with places for what depends on the system.
 const READING: &str = include_str!("reading.md");
 
+/// What is solved.
+const EQUATION: &str = "x = phi, the change of the pressure, solves in every cell
+`-div(beta grad phi) + the response of free bodies = -D/dt`, with beta = 1/rho on faces (times the
+open part of a face that a sharp body surface cuts) and D the divergence that is left.";
+
 /// The page.
 pub fn page(about: &About) -> String {
     let Exported { step, .. } = about.exported;
@@ -17,20 +22,46 @@ pub fn page(about: &About) -> String {
 
 /// What the system is, as a table.
 fn what(about: &About) -> String {
-    let Exported { system, time, dt, cells, spacing, .. } = about.exported;
-    let at = about.exported;
+    let rows = scene(about).into_iter().chain(numbers(about)).chain(run(about));
+    let rows: String = rows.map(|(name, text)| format!("| {name} | {text} |\n")).collect();
+    let from = format!(
+        "One linear solve of the pressure iteration (C-HSMAC) of a run of\nmics {}:",
+        env!("CARGO_PKG_VERSION")
+    );
+    format!(
+        "    A x = b,    A = A_fluid + J diag(w) J^T\n\n\
+        {from} {EQUATION}\n\n| | |\n|---|---|\n{rows}"
+    )
+    .trim_end()
+    .to_owned()
+}
+
+/// A row of the table.
+type Row = (&'static str, String);
+
+/// Grid, time and bodies.
+fn scene(about: &About) -> [Row; 3] {
+    let Exported { time, dt, cells, spacing, bodies, free_bodies, .. } = about.exported;
     let times = |numbers: Vec<String>| numbers.join(" x ");
     let cells = times(cells.iter().map(usize::to_string).collect());
     let spacing = times(spacing.iter().map(|h| rounded(*h)).collect());
-    let bodies = match at.density_ratios {
+    let bodies = match about.exported.density_ratios {
         None => "none in the box".into(),
         Some((least, most)) => format!(
-            "{} in the box, {} of them free; density over the fluid's: {}",
-            at.bodies,
-            at.free_bodies,
+            "{bodies} in the box, {free_bodies} of them free; density over the fluid's: {}",
             if least == most { rounded(least) } else { [least, most].map(rounded).join(" to ") }
         ),
     };
+    [
+        ("grid", format!("{cells} cells of {spacing} m")),
+        ("time", format!("the step from t = {} to {} s", rounded(time - dt), rounded(*time))),
+        ("bodies", bodies),
+    ]
+}
+
+/// The system itself.
+fn numbers(about: &About) -> [Row; 7] {
+    let system = &about.exported.system;
     let singular = if system.singular {
         "yes: no boundary fixes the pressure, and constants are the null space (`null`); the mean \
         is taken out of b, and x is the solution whose mean is zero"
@@ -42,10 +73,9 @@ fn what(about: &About) -> String {
     } else {
         ""
     };
-    let rows = [
-        ("grid", format!("{cells} cells of {spacing} m")),
-        ("time", format!("the step from t = {} to {} s", rounded(time - dt), rounded(*time))),
-        ("bodies", bodies),
+    let shift = "none (mics gives preconditioners a matrix whose diagonal is larger by 1e-13 where \
+                 the system is singular; this is the operator itself)";
+    [
         ("unknowns", format!("{}: a row a cell, x fastest, then y, then z", system.fluid.rows())),
         ("nonzeros", about.nonzeros()),
         (
@@ -57,12 +87,7 @@ fn what(about: &About) -> String {
         ),
         ("symmetric", "yes, to the last digit".into()),
         ("singular", singular.into()),
-        (
-            "shift of the diagonal",
-            "none (mics gives preconditioners a matrix whose diagonal is larger by 1e-13 where \
-            the system is singular; this is the operator itself)"
-                .into(),
-        ),
+        ("shift of the diagonal", shift.into()),
         (
             "x",
             format!(
@@ -70,20 +95,16 @@ fn what(about: &About) -> String {
                 system.relative_residual()
             ),
         ),
-        ("the run", format!("{}: {}", at.solver, about.own_solve())),
-        ("its options", format!("`{}` (PETSc {})", at.options.trim(), at.petsc)),
-    ];
-    let rows: String = rows.iter().map(|(name, text)| format!("| {name} | {text} |\n")).collect();
-    format!(
-        "    A x = b,    A = A_fluid + J diag(w) J^T\n\n\
-        One linear solve of the pressure iteration (C-HSMAC) of a run of mics {}: x = phi, the \
-        change of the pressure, solves\n`-div(beta grad phi) + the response of free bodies = -D/dt` \
-        in every cell, with beta = 1/rho on faces (times the open part of\na face that a sharp \
-        body surface cuts) and D the divergence that is left.\n\n| | |\n|---|---|\n{rows}",
-        env!("CARGO_PKG_VERSION")
-    )
-    .trim_end()
-    .to_owned()
+    ]
+}
+
+/// How the run solved it.
+fn run(about: &About) -> [Row; 2] {
+    let Exported { solver, options, petsc, .. } = about.exported;
+    [
+        ("the run", format!("{solver}: {}", about.own_solve())),
+        ("its options", format!("`{}` (PETSc {petsc})", options.trim())),
+    ]
 }
 
 /// The files.
