@@ -180,6 +180,17 @@ pub(super) fn bad_option(error: Error) -> Error {
     }
 }
 
+/// The user's `-ksp_rtol`.
+pub(super) fn relative_tolerance(session: &Session) -> Result<Option<f64>> {
+    match number(session, "-ksp_rtol")? {
+        Some(rtol) if rtol >= 1.0 => Err(Error::Usage(format!(
+            "PETSc option -ksp_rtol: {rtol:?} asks for no reduction; give a number below 1, such \
+            as 1e-8"
+        ))),
+        given => Ok(given),
+    }
+}
+
 /// A numeric option of the user's.
 pub(super) fn number(session: &Session, name: &str) -> Result<Option<f64>> {
     let Some(text) = session.option(name)? else { return Ok(None) };

@@ -5,7 +5,7 @@
 use super::Session;
 use super::choice::{
     Choice, bad_option, default_options, number, refuse_empty_views, refuse_what_ends_the_program,
-    writes_numbers,
+    relative_tolerance, writes_numbers,
 };
 use super::failure::check;
 use super::history::{History, System};
@@ -93,13 +93,6 @@ impl LinearSolver {
             operator.borrow().accept(own)?;
         }
         refuse_empty_views(session, own.is_some(), singular)?;
-        let fixed_rtol = number(session, "-ksp_rtol")?;
-        if let Some(rtol) = fixed_rtol.filter(|rtol| *rtol >= 1.0) {
-            return Err(Error::Usage(format!(
-                "PETSc option -ksp_rtol: {rtol:?} asks for no reduction; give a number below 1, \
-                such as 1e-8"
-            )));
-        }
         let mut solver = LinearSolver {
             operator: Shell::new(session, operator, owned)?,
             own,
@@ -110,7 +103,7 @@ impl LinearSolver {
             right_side: ptr::null_mut(),
             solution: ptr::null_mut(),
             owned,
-            fixed_rtol,
+            fixed_rtol: relative_tolerance(session)?,
             fixed_atol: number(session, "-ksp_atol")?,
             tests_true_residual: false,
             proven: false,
