@@ -1,5 +1,5 @@
-//! A column of the table laid out over two labels: rows of what is varied, a column for each label of
-//! one of them, and words where a run is not done. Runs without that label are left out.
+//! A column of the table laid out over two labels: rows of what is varied, a column for each label
+//! of one of them, and words where a run is not done. Runs without that label are left out.
 
 use super::columns::head;
 use super::file::Cross;
