@@ -116,7 +116,8 @@ fn study_of_solvers_compares_runs_with_a_tight_solve_and_keeps_failures_as_rows(
     assert!(table.iter().any(|row| different(&row)), "D0 of 1e-4 and 1e-9 give the same digits");
 
     let short = std::fs::read_to_string(out.join("study.md")).unwrap();
-    let heads = "| scene | solver | nu | speed | error | CPU s of the pressure | Krylov a solve | setups | status |";
+    let heads = "| scene | solver | nu | speed | error | CPU s of the pressure | Krylov a solve \
+        | setups | status |";
     assert!(short.starts_with(heads), "{short}");
     let cross = lines(&std::fs::read_to_string(out.join("cross.md")).unwrap(), "over nu:");
     assert_eq!(cross[0], ["scene", "solver", "nu = 0.01", "nu = 0.02"]);
