@@ -178,7 +178,7 @@ impl<'a, const D: usize> Run<'a, D> {
         });
         let marks = marks.transpose()?;
         crate::check::refuse(loaded, &scene)?;
-        let lead = session.rank() == 0;
+        let (lead, every) = (session.rank() == 0, case.output.checkpoint);
         let mut log = Log::new(lead && !request.quiet);
         let kept = out.as_deref().filter(|_| lead);
         let opened = kept.map(|out| match (&restart, marks) {
@@ -195,10 +195,7 @@ impl<'a, const D: usize> Run<'a, D> {
             commit: request.commit,
             folder,
             progress: Progress::new(lead && !request.quiet, case.time.end, kept),
-            checkpoints: Checkpoints::new(
-                case.output.checkpoint,
-                restart.as_ref().map(Restart::step),
-            ),
+            checkpoints: Checkpoints::new(every, restart.as_ref().map(Restart::step)),
             series,
             probes: Probes::new(&case.probe),
             statistics,

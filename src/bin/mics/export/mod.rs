@@ -282,7 +282,8 @@ impl About<'_> {
         match outcome {
             Ok(Solved { iterations, retried, .. }) => {
                 let tries = if *retried { " in two tries" } else { "" };
-                format!("the run's solver takes {iterations} iterations{tries}, {to}")
+                let s = if *iterations == 1 { "" } else { "s" };
+                format!("the run's solver takes {iterations} iteration{s}{tries}, {to}")
             }
             Err(failure) => format!("the run's solver fails: {failure}"),
         }

@@ -11,11 +11,13 @@ pub struct Whole {
     pub at_most: usize,
 }
 
-/// The matrix, where a bound on its nonzeros is within `limit`.
+/// The matrix, where a bound on its nonzeros is within `limit`, or nothing is added to the fluid's
+/// part, which is written in any case.
 pub fn sum(system: &System, limit: usize) -> Whole {
     let blocks = system.factors.iter().map(|f| f.entries.len().saturating_mul(f.entries.len()));
     let at_most = blocks.fold(system.fluid.entries(), usize::saturating_add);
-    Whole { matrix: (at_most <= limit).then(|| add(system)), at_most }
+    let small = at_most <= limit || system.factors.is_empty();
+    Whole { matrix: small.then(|| add(system)), at_most }
 }
 
 /// J, a column a factor.
