@@ -65,7 +65,7 @@ pub struct Clock {
     last: Instant,
     spent: [Duration; NAMES.len()],
     steps: u64,
-    /// CPU seconds of this process when the faces were done, and those that the pressure took since.
+    /// CPU seconds of this process when the faces were done, and those that the pressure took.
     pressure: [f64; 2],
 }
 

@@ -4,6 +4,7 @@
 mod collapse;
 mod ended;
 mod energy_bound;
+mod export;
 mod extensions;
 mod passage;
 mod record;
@@ -26,6 +27,8 @@ use crate::scene::{Scene, read_case};
 use crate::state::Readable;
 use crate::{Error, Result};
 use ended::Ended;
+use export::Awaited;
+pub use export::{Exported, Moment, Wanted, system_of};
 pub use extensions::Extensions;
 pub use restart::Account;
 use restart::{Checkpoints, Restart};
@@ -97,13 +100,14 @@ fn go<const D: usize>(request: &Request, loaded: &Loaded, added: Extensions<D>) 
         None
     };
     check_memory(loaded, &session)?;
-    Run::new(&session, loaded, request, added, out, interrupt, restart)?.go()
+    Run::new(&session, loaded, request, added, Some(out), interrupt, restart)?.go()
 }
 
 struct Run<'a, const D: usize> {
     session: &'a Session,
     case: &'a Case,
     scene: Scene<D>,
+    /// Empty where the run leaves no folder.
     out: PathBuf,
     /// On rank 0.
     folder: Option<Folder>,
@@ -130,6 +134,8 @@ struct Run<'a, const D: usize> {
     good: Readable<D>,
     draw: Draw,
     commit: &'static str,
+    /// The solve that the run is made for, if it is made for one.
+    awaited: Option<Awaited>,
 }
 
 /// What ranks wish for at the end of a step.
@@ -154,7 +160,7 @@ impl<'a, const D: usize> Run<'a, D> {
         loaded: &'a Loaded,
         request: &Request,
         mut added: Extensions<D>,
-        out: PathBuf,
+        out: Option<PathBuf>,
         interrupt: Interrupt,
         mut restart: Option<Restart>,
     ) -> Result<Self> {
@@ -166,31 +172,30 @@ impl<'a, const D: usize> Run<'a, D> {
         let inherited =
             ended.map_or(Ok(Vec::new()), |ended| ended.initialise(session, case, &mut scene))?;
         let mut statistics = Statistics::of_case(&scene, case);
-        let marks = restart.as_mut();
-        let marks = marks
-            .map(|r| {
-                r.read(session, &mut account, &mut series, &mut statistics, loaded, &mut scene)
-            })
-            .transpose()?;
+        let marks = restart.as_mut().map(|restart| {
+            let (account, series, statistics) = (&mut account, &mut series, &mut statistics);
+            restart.read(session, account, series, statistics, loaded, &mut scene)
+        });
+        let marks = marks.transpose()?;
         crate::check::refuse(loaded, &scene)?;
-        let lead = session.rank() == 0;
+        let (lead, every) = (session.rank() == 0, case.output.checkpoint);
         let mut log = Log::new(lead && !request.quiet);
-        let opened = lead.then(|| match (&restart, marks) {
-            (Some(restart), Some(marks)) => restart.open_folder(&out, &mut log, case, marks),
-            _ => Folder::create(&out, &mut log, case, &scene.state),
+        let kept = out.as_deref().filter(|_| lead);
+        let opened = kept.map(|out| match (&restart, marks) {
+            (Some(restart), Some(marks)) => restart.open_folder(out, &mut log, case, marks),
+            _ => Folder::create(out, &mut log, case, &scene.state),
         });
         let folder = session.agree(opened.transpose())?;
         let mut good = Readable::default();
         scene.state.keep(&mut good);
-        let newest = restart.as_ref().map(Restart::step);
         Ok(Run {
             began: (scene.state.steps, scene.state.time),
             good,
             draw: request.draw,
             commit: request.commit,
             folder,
-            progress: Progress::new(lead && !request.quiet, case.time.end, lead.then_some(&out)),
-            checkpoints: Checkpoints::new(case.output.checkpoint, newest),
+            progress: Progress::new(lead && !request.quiet, case.time.end, kept),
+            checkpoints: Checkpoints::new(every, restart.as_ref().map(Restart::step)),
             series,
             probes: Probes::new(&case.probe),
             statistics,
@@ -204,8 +209,9 @@ impl<'a, const D: usize> Run<'a, D> {
             session,
             case,
             scene,
-            out,
+            out: out.unwrap_or_default(),
             log,
+            awaited: None,
             started: Instant::now(),
         })
     }

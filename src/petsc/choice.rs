@@ -149,7 +149,13 @@ pub(super) fn refuse_empty_views(session: &Session, own: bool, singular: bool) -
 }
 
 /// Words of PETSc's refusals of preconditioners that cannot work here, and why.
-const CANNOT: [(&str, &str); 5] = [
+const CANNOT: [(&str, &str); 6] = [
+    (
+        "Could not locate a solver type for factorization type",
+        "on several ranks a factorization is one of each rank's block: take -pc_type bjacobi or asm \
+        with -sub_pc_type icc or ilu; lu and cholesky of all work by -pc_factor_mat_solver_type \
+        mumps",
+    ),
     ("MATIS", "it needs a matrix by subdomains, which is not made here; take asm or bjacobi"),
     (
         "different mat and pmat",
@@ -177,6 +183,17 @@ pub(super) fn bad_option(error: Error) -> Error {
             Error::Usage(format!("PETSc refuses an option: {message}{cure}"))
         }
         other => other,
+    }
+}
+
+/// The user's `-ksp_rtol`.
+pub(super) fn relative_tolerance(session: &Session) -> Result<Option<f64>> {
+    match number(session, "-ksp_rtol")? {
+        Some(rtol) if rtol >= 1.0 => Err(Error::Usage(format!(
+            "PETSc option -ksp_rtol: {rtol:?} asks for no reduction; give a number below 1, such \
+            as 1e-8"
+        ))),
+        given => Ok(given),
     }
 }
 

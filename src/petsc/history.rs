@@ -37,7 +37,7 @@ pub struct Attempt {
     residuals: Range<usize>,
 }
 
-/// The solves since the last [`History::clear`].
+/// The solves that [`crate::petsc::LinearSolver::record`] asked for.
 #[derive(Debug)]
 pub struct History {
     recording: bool,

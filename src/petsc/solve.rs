@@ -105,7 +105,7 @@ impl LinearSolver {
                 ffi::MatNullSpaceRemove(self.null_space, self.right_side)
             })?;
         }
-        let atol = self.fixed_atol.unwrap_or(if self.tests_true_residual { atol } else { 0.0 });
+        let atol = self.absolute_tolerance(atol);
         let (done, spent) = self.attempt_with_old_preconditioner(rtol, atol)?;
         if done {
             return Ok(Solved { iterations: spent, ..Solved::default() });

@@ -5,7 +5,7 @@
 use super::Session;
 use super::choice::{
     Choice, bad_option, default_options, number, refuse_empty_views, refuse_what_ends_the_program,
-    writes_numbers,
+    relative_tolerance, writes_numbers,
 };
 use super::failure::check;
 use super::history::{History, System};
@@ -93,13 +93,6 @@ impl LinearSolver {
             operator.borrow().accept(own)?;
         }
         refuse_empty_views(session, own.is_some(), singular)?;
-        let fixed_rtol = number(session, "-ksp_rtol")?;
-        if let Some(rtol) = fixed_rtol.filter(|rtol| *rtol >= 1.0) {
-            return Err(Error::Usage(format!(
-                "PETSc option -ksp_rtol: {rtol:?} asks for no reduction; give a number below 1, \
-                such as 1e-8"
-            )));
-        }
         let mut solver = LinearSolver {
             operator: Shell::new(session, operator, owned)?,
             own,
@@ -110,7 +103,7 @@ impl LinearSolver {
             right_side: ptr::null_mut(),
             solution: ptr::null_mut(),
             owned,
-            fixed_rtol,
+            fixed_rtol: relative_tolerance(session)?,
             fixed_atol: number(session, "-ksp_atol")?,
             tests_true_residual: false,
             proven: false,
@@ -287,9 +280,22 @@ impl LinearSolver {
         }
     }
 
+    /// Hands the right side to `take`, after a solve without its mean where constants solve the
+    /// homogeneous system.
+    pub fn right_side<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
+        // SAFETY: as for the solution.
+        unsafe { read(self.right_side, self.owned, take) }
+    }
+
     /// Whether the user fixed the relative tolerance by `-ksp_rtol`.
     pub fn fixed_rtol(&self) -> Option<f64> {
         self.fixed_rtol
+    }
+
+    /// The absolute tolerance of a solve that is asked for this one: the user's, or none where the
+    /// method does not test the true residual.
+    pub fn absolute_tolerance(&self, asked: f64) -> f64 {
+        self.fixed_atol.unwrap_or(if self.tests_true_residual { asked } else { 0.0 })
     }
 
     /// The method and the preconditioner in use, as `bcgs + hypre`, with when a

@@ -17,6 +17,7 @@ mod smoothing;
 mod surface;
 
 use super::lattice::Lattice;
+use super::system::{Factor, Origin};
 use crate::petsc::Session;
 use crate::{Error, Result};
 use surface::{Face, SurfaceCells};
@@ -272,5 +273,26 @@ impl Bodies {
             }
         }
         Ok(())
+    }
+
+    /// The modes that have a weight and cells here, one by one, as the operator has them.
+    pub fn factors(&self) -> Vec<Factor> {
+        let (mut factors, finest) = (Vec::new(), &self.layers[0]);
+        for (group, range) in finest.begin.windows(2).enumerate() {
+            let (cells, body) = (&finest.cells[range[0]..range[1]], self.owner[group] as usize);
+            for mode in (0..3).filter(|mode| self.weights[group][*mode] != 0.0) {
+                let entries = cells.iter().map(|cell| (cell.row, cell.j[mode]));
+                let entries: Vec<_> = entries.filter(|(_, j)| *j != 0.0).collect();
+                // The groups in which bodies turn come after one for each body.
+                let origin = match group == body {
+                    true => Origin::Translation { body, axis: mode },
+                    false => Origin::Rotation { body, mode },
+                };
+                if !entries.is_empty() {
+                    factors.push(Factor { origin, weight: self.weights[group][mode], entries });
+                }
+            }
+        }
+        factors
     }
 }

@@ -9,6 +9,7 @@
 
 use super::bodies::Frame;
 use super::lattice::Lattice;
+use super::system::{Factor, Origin};
 use crate::Result;
 use crate::petsc::Session;
 
@@ -53,6 +54,17 @@ impl HeldMean {
         session.sum(&mut sum)?;
         self.cells.iter().for_each(|(row, j)| y[*row as usize] += self.weight * sum[0] * j);
         Ok(())
+    }
+
+    /// The term as the operator has it, a cell's parts summed; nothing where none is set.
+    pub fn factor(&self) -> Option<Factor> {
+        let mut cells = self.cells.clone();
+        cells.sort_by_key(|cell| cell.0);
+        let parts = cells.chunk_by(|a, b| a.0 == b.0);
+        let sum = |parts: &[(u32, f64)]| (parts[0].0, parts.iter().map(|part| part.1).sum());
+        let entries: Vec<_> = parts.map(sum).filter(|(_, j)| *j != 0.0).collect();
+        let there = self.weight != 0.0 && !entries.is_empty();
+        there.then_some(Factor { origin: Origin::HeldMean, weight: self.weight, entries })
     }
 }
 

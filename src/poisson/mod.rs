@@ -13,6 +13,8 @@
 mod bodies;
 mod bottom;
 mod coefficient;
+mod exact;
+mod export;
 mod held;
 mod lattice;
 mod level;
@@ -20,12 +22,14 @@ mod matrix;
 mod multigrid;
 pub mod pressure;
 mod solves;
+mod system;
 mod transform;
 mod whole;
 
 pub use bodies::ModeFace;
 pub use matrix::Rows;
 pub use solves::SolveRow;
+pub use system::{Factor, Origin, OwnSolve, System};
 
 use crate::grid::{Boundaries, BoundaryKind, Grid, largest, simd};
 use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};

@@ -15,8 +15,9 @@
 //! `eps_k = a^k 0.5 D0/max|D|`, relative to the right side: just what is needed, tightening by `a`
 //! where it was not.
 
+use super::export::Export;
 use super::solves::Solves;
-use super::{ModeFace, Poisson, Rows, SolveRow};
+use super::{ModeFace, Poisson, Rows, SolveRow, System};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
 use crate::kernels::faces::{self, FaceCoefficient};
@@ -41,6 +42,8 @@ pub struct Projection {
     phi: Vec<f64>,
     rule: StoppingRule,
     solves: Solves,
+    /// The system of a solve that somebody wants.
+    export: Option<Export>,
 }
 
 /// When C-HSMAC ends.
@@ -142,6 +145,7 @@ impl Projection {
             phi: grid.field(),
             rule,
             solves: Solves::default(),
+            export: None,
         })
     }
 
@@ -308,7 +312,11 @@ impl Projection {
         // before it has begun, and none whose tolerance the user has fixed.
         let fixed = self.solver.fixed_rtol().is_some();
         let atol = if within || fixed { 0.0 } else { 0.5 * self.rule.limit / dt };
-        let solved = self.solver.solve(rtol, atol)?;
+        let ended = self.solver.solve(rtol, atol);
+        if let Some(export) = &mut self.export {
+            export.see(&mut *borrow(&self.operator)?, &self.solver, (rtol, atol), &ended)?;
+        }
+        let solved = ended?;
         let phi = &mut self.phi;
         self.solver.solution(|x| {
             for (values, row) in x.chunks_exact(grid.local[0]).zip(grid.rows()) {
@@ -333,6 +341,17 @@ impl Projection {
     /// The iterations of all solves since [`Projection::record`].
     pub fn solves(&self) -> impl Iterator<Item = SolveRow> {
         self.solves.rows(self.solver.history())
+    }
+
+    /// Keeps the system of the solve of this number (from 1), counted from now on. On one rank.
+    pub fn keep_system_of(&mut self, solve: usize) {
+        self.export = Some(Export::of(solve));
+    }
+
+    /// How many solves there were since [`Projection::keep_system_of`], and the system of the
+    /// wanted one, where it was among them. Nothing is kept from then on.
+    pub fn take_system(&mut self) -> (usize, Option<System>) {
+        self.export.take().map_or((0, None), |export| (export.seen, export.system))
     }
 
     /// The linear solver in use.

@@ -21,7 +21,7 @@ const KEPT_EVERY: u64 = 8;
 const FASTER: f64 = 1.05;
 
 /// What the loop remembers from step to step.
-struct Pending {
+pub(super) struct Pending {
     fields: Schedule,
     particles: Schedule,
     history: Schedule,
@@ -39,16 +39,7 @@ impl<const D: usize> Run<'_, D> {
     /// # Errors
     /// When a step fails or is refused, nothing can be written, or somebody interrupts the run.
     pub(super) fn advance(&mut self) -> Result<()> {
-        let time = self.scene.state.time;
-        let mut pending = Pending {
-            fields: Schedule::new(self.case.output.fields, time),
-            particles: Schedule::new(Some(self.case.output.particles), time),
-            history: Schedule::new(self.case.history(), time),
-            collapse: Collapse::default(),
-            speed: 0.0,
-            kept_speed: 0.0,
-            solved: false,
-        };
+        let mut pending = self.pending();
         if self.restart.is_none() {
             self.write_start()?;
         }
@@ -77,6 +68,20 @@ impl<const D: usize> Run<'_, D> {
         self.checkpoint()
     }
 
+    /// What the loop begins with.
+    pub(super) fn pending(&self) -> Pending {
+        let time = self.scene.state.time;
+        Pending {
+            fields: Schedule::new(self.case.output.fields, time),
+            particles: Schedule::new(Some(self.case.output.particles), time),
+            history: Schedule::new(self.case.history(), time),
+            collapse: Collapse::default(),
+            speed: 0.0,
+            kept_speed: 0.0,
+            solved: false,
+        }
+    }
+
     /// Writes the state at time 0.
     fn write_start(&mut self) -> Result<()> {
         let (_, speed) = self.scene.energy_and_speed()?;
@@ -89,7 +94,7 @@ impl<const D: usize> Run<'_, D> {
 
     /// Takes bodies out and lets others in, and says whether one came in; nothing where the run
     /// ends here. None passes after the last step: a run ends with the bodies of its last rows.
-    fn pass_boundaries(&mut self) -> Result<Option<bool>> {
+    pub(super) fn pass_boundaries(&mut self) -> Result<Option<bool>> {
         let Some(dt) = self.account.dt else { return Ok(Some(false)) };
         let Some(returned) = self.pass(dt)? else { return Ok(None) };
         Ok(Some(self.admit()? || returned))
@@ -109,12 +114,15 @@ impl<const D: usize> Run<'_, D> {
     /// Chooses a length and steps; the step is counted, and refused where the run goes nowhere or
     /// energy was gained. Where a body `came` in, the flow is set off anew: the length of the step
     /// before says nothing.
-    fn step(&mut self, came: bool, pending: &mut Pending) -> Result<StepOutcome> {
+    pub(super) fn step(&mut self, came: bool, pending: &mut Pending) -> Result<StepOutcome> {
         let limits = self.scene.limits()?;
         let before = if came { None } else { self.account.dt };
         let left = self.case.time.end - self.scene.state.time;
         let (dt, _) = choose_step(self.case, &limits, before, left);
         refuse_broken_limit(dt, &limits)?;
+        if let Some(awaited) = &mut self.awaited {
+            awaited.see_step(&mut self.scene, dt);
+        }
         self.scene.domain.clock.lap(Stage::Logs);
         let (step, end) = (self.scene.state.steps + 1, self.scene.state.time + dt);
         self.scene.domain.projection.record(pending.history.due(step, end));
@@ -140,17 +148,28 @@ impl<const D: usize> Run<'_, D> {
     /// Writes what is due after a step, and returns what ranks wish for.
     fn write_due(&mut self, outcome: StepOutcome, pending: &mut Pending) -> Result<Wishes> {
         let (step, time) = (self.scene.state.steps, self.scene.state.time);
-        let (dt, divergence) = (outcome.dt, outcome.projected.divergence_max);
+        let shown = (outcome.dt, outcome.projected.divergence_max);
         let wishes = self.write_row(outcome)?;
         if pending.particles.due(step, time) {
             self.write_particles()?;
         }
         self.sample(pending.speed)?;
         self.record()?;
+        self.show_progress(shown, pending);
+        self.scene.domain.clock.lap(Stage::Logs);
+        if pending.fields.due(step, time) {
+            self.write_fields()?;
+        }
+        Ok(wishes)
+    }
+
+    /// Shows how far the run is, where that is due, after a step of `dt` (s) that left this
+    /// divergence (1/s).
+    pub(super) fn show_progress(&mut self, (dt, divergence): (f64, f64), pending: &Pending) {
         if self.progress.due() {
             let state = Record {
-                step,
-                time,
+                step: self.scene.state.steps,
+                time: self.scene.state.time,
                 end: self.case.time.end,
                 dt: Some(dt),
                 divergence,
@@ -160,11 +179,6 @@ impl<const D: usize> Run<'_, D> {
             };
             self.progress.take(state).into_iter().for_each(|line| self.log.say(&line));
         }
-        self.scene.domain.clock.lap(Stage::Logs);
-        if pending.fields.due(step, time) {
-            self.write_fields()?;
-        }
-        Ok(wishes)
     }
 
     /// Names the PETSc options that nothing has used, once a solve has set up what it works with.

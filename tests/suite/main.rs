@@ -20,6 +20,7 @@ mod ellipse;
 mod ellipse_shape;
 mod energy;
 mod estimates;
+mod export;
 mod extending;
 mod extending_force;
 mod failures;

@@ -156,7 +156,8 @@ impl System {
         modes.iter().filter_map(face).collect()
     }
 
-    /// Solves, to what the rounding of a product leaves at weights of 1e4, and returns the largest difference from the dense solution, relative to that.
+    /// Solves, to what the rounding of a product leaves at weights of 1e4, and returns the largest
+    /// difference from the dense solution, relative to that.
     fn gap(&mut self, weights: &[f64], modes: &[Face]) -> Result<f64> {
         let solved = self.solver.solve(1e-11, 0.0)?;
         println!("weights {weights:?}: {} iterations", solved.iterations);

@@ -15,6 +15,7 @@ pub mod interrupt;
 pub mod progress;
 pub mod published;
 pub mod snapshot;
+pub mod sparse;
 pub mod summary;
 pub mod vti;
 pub mod words;

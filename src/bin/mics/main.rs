@@ -1,6 +1,7 @@
 //! The command line.
 
 mod cases;
+mod export;
 mod study;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
@@ -74,6 +75,15 @@ enum Command {
     /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision
     /// figures.
     Study(study::Request),
+    /// Write the linear system of one pressure solve of a case, for other programs to read and
+    /// solve.
+    ///
+    /// The case is run up to that step, and leaves no run. The folder then holds the matrix with
+    /// the free bodies in it, its sparse part and the bodies' factors apart, the right side, the
+    /// exact solution and the null space, each in MatrixMarket's and in PETSc's form, and a
+    /// README.md that says how to read and solve them in PETSc, Python and MATLAB. The step is
+    /// solved by the options after --, and how many iterations that took is said.
+    ExportSystem(export::Request),
     /// Draw the figures of run folders, each as PNG and SVG.
     ///
     /// Without --figure: the last state's vorticity and streamlines, forces, speeds, paths, profile
@@ -222,6 +232,7 @@ fn act(command: Command) -> Result<()> {
             check::check(&scene.case, &scene.set, &scene.petsc, quiet)
         }
         Command::Study(request) => study::study(&request),
+        Command::ExportSystem(request) => export::export(&request),
         Command::Plot(request) => {
             let drawn = plot::draw(&request)?;
             drawn.notes.iter().for_each(|note| complain(note));

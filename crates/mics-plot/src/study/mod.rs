@@ -303,8 +303,8 @@ fn cost(plan: &Plan, rows: &[Row], groups: &Groups) -> Option<Figure> {
     Some(Figure { axes, series, stem: "cost".into() })
 }
 
-/// Each cost over the cells, where they change along a curve, or over what changes along it and is a
-/// number.
+/// Each cost over the cells, where they change along a curve, or over what changes along it and is
+/// a number.
 fn costs(study: &str, plan: &Plan, rows: &[Row], groups: &Groups) -> Vec<Figure> {
     let along = groups.numeric(plan, rows);
     let over_cells = groups.curves.iter().any(|(_, points)| {

@@ -1,7 +1,7 @@
 //! What can be wrong with a study file before any case is read.
 
 use super::columns::{COLUMNS, NUMBERS};
-use super::file::{Axis, Study, fault, label};
+use super::file::{Axis, Reference, Study, fault, label};
 use mics_run::config::{Check, suggest};
 use std::collections::BTreeSet;
 use toml::{Table, Value};
@@ -205,6 +205,35 @@ impl Study {
             }
         }
         Ok(())
+    }
+}
+
+impl Reference {
+    /// Checks that it says one thing, and all of it.
+    pub fn check(&self, index: usize) -> Check {
+        let key = format!("reference.{index}");
+        let by_row = !self.row.is_empty() || !self.row_of.is_empty();
+        if !self.run.is_empty() {
+            let other = self.value.is_some() || self.file.is_some() || self.column.is_some();
+            return match other || by_row {
+                true => Err(fault(key, "has both `run` and another reference; drop one")),
+                false => Ok(()),
+            };
+        }
+        match (self.value, &self.file, &self.column) {
+            (Some(value), None, None) if !by_row && value.is_finite() => Ok(()),
+            (Some(value), None, None) if !by_row => Err(fault(
+                format!("{key}.value"),
+                format!("must be a finite number, not {value:?}"),
+            )),
+            (Some(_), ..) => Err(fault(key, "has both `value` and a place in a file; drop one")),
+            (None, Some(_), Some(_)) => Ok(()),
+            _ => Err(fault(
+                key,
+                "wants `value`, or `file` and `column` (and `row`, as in row = { re = 100 }), or \
+                `run` (as in run = { solver = \"tight\" })",
+            )),
+        }
     }
 }
 

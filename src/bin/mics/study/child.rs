@@ -1,7 +1,7 @@
 //! One run of a study: a process of this very program with a folder of its own, and what it left
 //! there.
 
-use super::plan::Planned;
+use super::planned::Planned;
 use mics::launch::mpirun;
 use mics_run::progress;
 use mics_run::{Error, Result};
@@ -135,7 +135,7 @@ fn wait(
 /// How far a run was that was ended for its limit.
 fn too_slow(folder: &Path, limit: Duration) -> String {
     let reached = progress::Record::newest(folder).filter(|record| record.step > 0);
-    let reached = reached.map_or("before the end of its first step".to_owned(), |record| {
+    let reached = reached.map_or("no step recorded".to_owned(), |record| {
         format!("at step {}, {:.0} % of the time", record.step, 100.0 * record.done())
     });
     format!("ended after {} s, {reached} (limit_seconds)", limit.as_secs_f64())

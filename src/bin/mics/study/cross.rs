@@ -1,21 +1,11 @@
-//! A column of the table laid out over two labels: rows of what is varied, a column for each label of
-//! one of them, and words where a run is not done. Runs without that label are left out.
+//! A column of the table laid out over two labels: rows of what is varied, a column for each label
+//! of one of them, and words where a run is not done. Runs without that label are left out.
 
 use super::columns::head;
+use super::file::Cross;
 use super::markdown::{self, in_table};
 use super::plan::Plan;
 use super::table::Row;
-use serde::Deserialize;
-
-/// A column of `study.csv`, and the label that its values are laid out across.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Cross {
-    /// The column.
-    pub column: String,
-    /// The axis, label or `ranks` whose labels are the heads.
-    pub across: String,
-}
 
 /// The layouts, each below a line that says what it has.
 pub fn cross(plan: &Plan, rows: &[Row], layouts: &[Cross]) -> String {

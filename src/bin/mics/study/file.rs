@@ -7,9 +7,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-use super::cross::Cross;
-use super::reference::Reference;
-
 /// A whole study file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -122,6 +119,45 @@ pub struct Listed {
     /// PETSc options.
     #[serde(default)]
     pub petsc: String,
+}
+
+/// What a measure is compared with.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {
+    /// The measure's name in the case.
+    pub measure: String,
+    /// The value that it should have.
+    #[serde(default)]
+    pub value: Option<f64>,
+    /// Or the CSV file that has it, from the study file's folder; lines that begin with # are
+    /// comments.
+    #[serde(default)]
+    pub file: Option<PathBuf>,
+    /// The column of the file.
+    #[serde(default)]
+    pub column: Option<String>,
+    /// The row of the file: what other columns hold there.
+    #[serde(default)]
+    pub row: Table,
+    /// Or, run by run: the axis (or label) whose label another column holds there; no reference
+    /// where no row has it.
+    #[serde(default)]
+    pub row_of: BTreeMap<String, String>,
+    /// Or the run that has it: the labels in which it differs from the one that is compared. A run
+    /// to which there is no such other one has no reference.
+    #[serde(default)]
+    pub run: Table,
+}
+
+/// A column of `study.csv`, and the label that its values are laid out across.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cross {
+    /// The column.
+    pub column: String,
+    /// The axis, label or `ranks` whose labels are the heads.
+    pub across: String,
 }
 
 /// What is summed up over some columns: the range, mean, worst and mean error of every measure in

@@ -19,6 +19,7 @@ mod cross;
 mod file;
 mod markdown;
 mod plan;
+mod planned;
 mod reference;
 mod sheet;
 mod table;
@@ -29,7 +30,8 @@ use mics_plot::study::Layout;
 use mics_run::file::replace;
 use mics_run::print;
 use mics_run::{Error, Result};
-use plan::{Plan, Refusal};
+use plan::Plan;
+use planned::{Planned, Refusal};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -182,7 +184,7 @@ fn may_use(folder: &Path) -> Result<()> {
     refuse("the folder exists and holds no study (no study.toml); give another folder with --out")
 }
 
-fn place(folder: &Path, run: &plan::Planned, repeat: usize) -> PathBuf {
+fn place(folder: &Path, run: &Planned, repeat: usize) -> PathBuf {
     folder.join("runs").join(&run.id).join((repeat + 1).to_string())
 }
 

@@ -2,12 +2,13 @@
 //! case read and checked.
 
 use super::file::{Study, fault, label};
+use super::planned::{Planned, Refusal, reason};
 use super::reference::{Compared, references};
 use super::sheet::Sheet;
 use mics::scene::read_case;
 use mics_plot::study::Others;
-use mics_run::config::{Case, Text, suggest};
-use mics_run::{Error, Result};
+use mics_run::Result;
+use mics_run::config::{Text, suggest};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use toml::Table;
@@ -22,51 +23,6 @@ pub struct Plan {
     pub references: Vec<Compared>,
     /// What others paid for their errors.
     pub others: Vec<Others>,
-}
-
-/// Why a run is refused before it starts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Refusal {
-    /// In words, the key ahead.
-    pub why: String,
-    /// Whether a key or a value is unknown, and not only out of range: no run means that.
-    misspelt: bool,
-}
-
-impl Refusal {
-    /// That of a scene, in its words.
-    pub fn of_scene(why: String) -> Refusal {
-        Refusal { why, misspelt: false }
-    }
-
-    fn of(error: &Error) -> Refusal {
-        let misspelt = match error {
-            Error::Case { message, .. } => message.starts_with("unknown "),
-            Error::Override { .. } => true,
-            _ => false,
-        };
-        Refusal { why: reason(error), misspelt }
-    }
-}
-
-/// A run of a study.
-pub struct Planned {
-    /// The name of its folder.
-    pub id: String,
-    /// What its columns say; empty where it has no such label.
-    pub labels: Vec<String>,
-    /// Number of ranks.
-    pub ranks: usize,
-    /// The case file.
-    pub case: PathBuf,
-    /// Overrides, `key.path=value`.
-    pub set: Vec<String>,
-    /// PETSc options.
-    pub petsc: Vec<String>,
-    /// The case with them, or why it is refused.
-    pub loaded: Result<Case, Refusal>,
-    /// The keys of the study file that gave it.
-    sources: Vec<String>,
 }
 
 /// What a choice of an axis, or a listed row, adds to a run.
@@ -181,15 +137,6 @@ fn planned(
         sources: draft.sources.clone(),
     };
     study.ranks.iter().filter(|ranks| kept("ranks", &ranks.to_string())).map(run).collect()
-}
-
-/// What is wrong with a case, without the place that only `--set` on a command line has.
-fn reason(error: &Error) -> String {
-    match error {
-        Error::Case { key, message, .. } => format!("{key}: {message}"),
-        Error::Override { given, why } => format!("bad override `{given}`: {why}"),
-        other => other.to_string(),
-    }
 }
 
 impl Plan {

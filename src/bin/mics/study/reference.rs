@@ -1,74 +1,14 @@
 //! What measures are compared with: a value, a number in a CSV file, or what another run of the
 //! study gives.
 
-use super::file::{Study, fault, label};
-use super::plan::Planned;
+use super::file::{Reference, Study, fault, label};
+use super::planned::Planned;
 use super::sheet::{Refuse, Sheet};
 use mics_plot::study::Target;
 use mics_run::Result;
-use mics_run::config::{Check, Text};
-use serde::Deserialize;
-use std::collections::BTreeMap;
+use mics_run::config::Text;
 use std::path::{Path, PathBuf};
 use toml::Table;
-
-/// What a measure is compared with.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Reference {
-    /// The measure's name in the case.
-    pub measure: String,
-    /// The value that it should have.
-    #[serde(default)]
-    pub value: Option<f64>,
-    /// Or the CSV file that has it, from the study file's folder; lines that begin with # are
-    /// comments.
-    #[serde(default)]
-    pub file: Option<PathBuf>,
-    /// The column of the file.
-    #[serde(default)]
-    pub column: Option<String>,
-    /// The row of the file: what other columns hold there.
-    #[serde(default)]
-    pub row: Table,
-    /// Or, run by run: the axis (or label) whose label another column holds there; no reference
-    /// where no row has it.
-    #[serde(default)]
-    pub row_of: BTreeMap<String, String>,
-    /// Or the run that has it: the labels in which it differs from the one that is compared. A run
-    /// to which there is no such other one has no reference.
-    #[serde(default)]
-    pub run: Table,
-}
-
-impl Reference {
-    /// Checks that it says one thing, and all of it.
-    pub fn check(&self, index: usize) -> Check {
-        let key = format!("reference.{index}");
-        let by_row = !self.row.is_empty() || !self.row_of.is_empty();
-        if !self.run.is_empty() {
-            let other = self.value.is_some() || self.file.is_some() || self.column.is_some();
-            return match other || by_row {
-                true => Err(fault(key, "has both `run` and another reference; drop one")),
-                false => Ok(()),
-            };
-        }
-        match (self.value, &self.file, &self.column) {
-            (Some(value), None, None) if !by_row && value.is_finite() => Ok(()),
-            (Some(value), None, None) if !by_row => Err(fault(
-                format!("{key}.value"),
-                format!("must be a finite number, not {value:?}"),
-            )),
-            (Some(_), ..) => Err(fault(key, "has both `value` and a place in a file; drop one")),
-            (None, Some(_), Some(_)) => Ok(()),
-            _ => Err(fault(
-                key,
-                "wants `value`, or `file` and `column` (and `row`, as in row = { re = 100 }), or \
-                `run` (as in run = { solver = \"tight\" })",
-            )),
-        }
-    }
-}
 
 /// What a measure is compared with, run by run.
 pub struct Compared {

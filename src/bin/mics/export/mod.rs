@@ -1,0 +1,291 @@
+//! `mics export-system`: the linear system of one pressure solve, in files that others read.
+
+mod readme;
+mod whole;
+
+use clap::Args;
+use mics::petsc::Solved;
+use mics::poisson::{Factor, OwnSolve, System};
+use mics::run::{self, Exported, Moment, Wanted, system_of};
+use mics::scene::read_case;
+use mics::{Error, Result};
+use mics_plot::plot;
+use mics_run::file::replace;
+use mics_run::print;
+use mics_run::sparse::{Sparse, write_vector_market, write_vector_petsc};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Says what the system is, and that the folder is one of ours.
+const MARK: &str = "system.json";
+/// What is written beside it; each but the first in both formats.
+const README: &str = "README.md";
+const MATRICES: [&str; 7] = ["A", "A_fluid", "J", "w", "b", "x", "null"];
+const ENDINGS: [&str; 2] = ["mtx", "petsc"];
+
+/// What `mics export-system` was told.
+#[derive(Args)]
+pub struct Request {
+    #[command(flatten)]
+    scene: crate::SceneArgs,
+    #[command(flatten)]
+    moment: MomentArgs,
+    /// Which solve of that step: C-HSMAC solves until the divergence of every cell is below its
+    /// limit.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    solve: usize,
+    /// The folder of the system [default: systems/NAME].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the system that is in the folder.
+    #[arg(long)]
+    force: bool,
+    /// Write A up to so many nonzeros; where it has more, by its parts alone.
+    #[arg(long, value_name = "N", default_value_t = 10_000_000)]
+    most_nonzeros: usize,
+    /// Print errors only.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Args)]
+#[group(required = true, multiple = false)]
+struct MomentArgs {
+    /// The step in which the run comes to the time T (s).
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    at: Option<f64>,
+    /// The step of this number, the first one being 1.
+    #[arg(long, value_name = "N")]
+    step: Option<u64>,
+}
+
+/// Runs a case to a solve and writes its system.
+///
+/// # Errors
+/// When the case or the command is wrong, the run fails or does not come there, or a file cannot
+/// be written.
+pub fn export(request: &Request) -> Result<()> {
+    let crate::SceneArgs { case, set, petsc } = &request.scene;
+    let name = read_case(case, set)?.case.name;
+    let out = request.out.clone().unwrap_or_else(|| Path::new("systems").join(&name));
+    may_use(&out, request.force)?;
+    let moment = match (request.moment.step, request.moment.at) {
+        (Some(step), _) => Moment::Step(step),
+        (None, time) => Moment::Time(time.unwrap_or(f64::NAN)),
+    };
+    let run = run::Request {
+        case: case.clone(),
+        out: None,
+        set: set.clone(),
+        force: false,
+        resume: false,
+        quiet: request.quiet,
+        petsc: petsc.clone(),
+        draw: plot::draw_run,
+        commit: crate::COMMIT,
+    };
+    let exported = system_of(&run, Wanted { moment, solve: request.solve })?;
+    let whole = whole::sum(&exported.system, request.most_nonzeros);
+    let about = About { name: &name, solve: request.solve, exported: &exported, whole: &whole };
+    clear(&out)?;
+    about.write(&out)?;
+    if request.quiet {
+        return Ok(());
+    }
+    about.lines().iter().try_for_each(|line| print(line))?;
+    print(&format!("{}: {README} says how to read and solve it", out.display()))
+}
+
+/// Whether a system may be written to a folder.
+///
+/// # Errors
+/// When it holds one and `force` is not set, or anything else.
+fn may_use(path: &Path, force: bool) -> Result<()> {
+    let refuse = |why: String| Err(Error::Usage(format!("{}: {why}", path.display())));
+    let entries = match fs::read_dir(path) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(e) => return refuse(format!("cannot be used as a system's folder: {e}")),
+        Ok(entries) => entries,
+    };
+    let names: Vec<String> =
+        entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    let ours = ours();
+    let is_ours = |n: &&String| ours.iter().any(|own| own == n.trim_end_matches(".part"));
+    if let Some(strange) = names.iter().find(|n| !is_ours(n)) {
+        return refuse(format!(
+            "the folder exists and holds {strange:?}, which export-system did not write; give \
+            another folder with --out"
+        ));
+    }
+    match (names.iter().all(|n| n.ends_with(".part")), names.iter().any(|n| n == MARK), force) {
+        (true, _, _) | (_, true, true) => Ok(()),
+        (_, true, false) => refuse(
+            "the folder exists and holds a system; give another with --out, or --force to replace \
+            it"
+            .into(),
+        ),
+        (_, false, _) => refuse(format!(
+            "the folder exists and holds no system (no {MARK}); give another folder with --out"
+        )),
+    }
+}
+
+/// Names of all files that are written.
+fn ours() -> Vec<String> {
+    let matrices = MATRICES.iter().flat_map(|m| ENDINGS.map(|ending| format!("{m}.{ending}")));
+    // The last one is what makes it a system's folder.
+    matrices.chain([README.into(), MARK.into()]).collect()
+}
+
+/// Deletes what an earlier export left, and nothing else.
+fn clear(path: &Path) -> Result<()> {
+    for file in ours().into_iter().flat_map(|name| [format!("{name}.part"), name]) {
+        match fs::remove_file(path.join(file)) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(path)(e)),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// A system, where it is from, and its matrix as a whole.
+struct About<'a> {
+    name: &'a str,
+    solve: usize,
+    exported: &'a Exported,
+    whole: &'a whole::Whole,
+}
+
+impl About<'_> {
+    /// Writes all files; the mark is there from the first moment to the last.
+    fn write(&self, out: &Path) -> Result<()> {
+        let system = &self.exported.system;
+        replace(&out.join(MARK), format!("{:#}\n", self.json()).as_bytes())?;
+        let file = |name: &str, ending: &str| out.join(format!("{name}.{ending}"));
+        let place = format!("{}, step {}, solve {}", self.name, self.exported.step, self.solve);
+        let comment = |what: &str| format!("{what} ({place}; README.md)");
+        let matrix = |name: &str, matrix: &Sparse, symmetric: bool, what: &str| {
+            matrix.write_market(&file(name, "mtx"), symmetric, &comment(what))?;
+            matrix.write_petsc(&file(name, "petsc"))
+        };
+        let vector = |name: &str, vector: &[f64], what: &str| {
+            write_vector_market(&file(name, "mtx"), vector, &comment(what))?;
+            write_vector_petsc(&file(name, "petsc"), vector)
+        };
+        vector("b", &system.right_side, "right side b (1/s2)")?;
+        vector("x", &system.solution, "exact solution x of A x = b (Pa)")?;
+        matrix("A_fluid", &system.fluid, true, "the fluid's part of A (m/kg)")?;
+        if let Some(whole) = &self.whole.matrix {
+            matrix("A", whole, true, "A = A_fluid + J diag(w) J^T (m/kg)")?;
+        }
+        if !system.factors.is_empty() {
+            let weights: Vec<f64> = system.factors.iter().map(|factor| factor.weight).collect();
+            let columns = whole::columns(system);
+            matrix("J", &columns, false, "J in A = A_fluid + J diag(w) J^T, a column a factor")?;
+            vector("w", &weights, "w in A = A_fluid + J diag(w) J^T")?;
+        }
+        if system.singular {
+            let n = system.right_side.len();
+            let null = vec![1.0 / (n as f64).sqrt(); n];
+            vector("null", &null, "null space of A: A null = 0, of length 1")?;
+        }
+        replace(&out.join(README), readme::page(self).as_bytes())
+    }
+
+    /// The content of `system.json`.
+    fn json(&self) -> Value {
+        let at = self.exported;
+        let system = &at.system;
+        let System { fluid, factors, singular, own, .. } = system;
+        let OwnSolve { rtol, atol, outcome } = own;
+        let outcome = match outcome {
+            Ok(solved) => json!({ "iterations": solved.iterations, "repeated": solved.retried }),
+            Err(failure) => json!({ "failure": failure }),
+        };
+        let factor = |(factor, words): (&Factor, &String)| {
+            let (weight, nonzeros) = (factor.weight, factor.entries.len());
+            json!({ "weight": weight, "nonzeros": nonzeros, "of": words })
+        };
+        json!({
+            "case": self.name,
+            "step": at.step, "time": at.time, "dt": at.dt, "solve": self.solve,
+            "cells": at.cells, "spacing": at.spacing,
+            "unknowns": fluid.rows(),
+            "nonzeros": {
+                "A": self.whole.matrix.as_ref().map(Sparse::entries),
+                "A_at_most": self.whole.at_most,
+                "A_fluid": fluid.entries(),
+            },
+            "singular": singular,
+            "diagonal_shift": 0.0,
+            "relative_residual_of_x": system.relative_residual(),
+            "bodies": at.bodies, "free_bodies": at.free_bodies,
+            "density_ratios": at.density_ratios.map(|(least, most)| [least, most]),
+            "factors": factors.iter().zip(&at.factors).map(factor).collect::<Vec<_>>(),
+            "run": {
+                "solver": at.solver, "rtol": rtol, "atol": atol, "outcome": outcome,
+                "petsc_options": at.options, "petsc_version": at.petsc,
+            },
+            "version": env!("CARGO_PKG_VERSION"), "git_commit": crate::COMMIT,
+        })
+    }
+
+    /// What the program says on the screen.
+    fn lines(&self) -> Vec<String> {
+        let Exported { system, step, time, .. } = self.exported;
+        let mut lines = vec![
+            format!(
+                "{}: solve {} of step {step}, to t = {time:.6} s: {} unknowns, {}",
+                self.name,
+                self.solve,
+                system.fluid.rows(),
+                if system.singular { "singular" } else { "not singular" }
+            ),
+            format!("nonzeros: {}", self.nonzeros()),
+            format!("exact x: b - A x is {:.1e} of b", system.relative_residual()),
+            self.own_solve(),
+        ];
+        if self.whole.matrix.is_none() {
+            lines.push(
+                "A is not written as a whole, but as A_fluid, J and w: --most-nonzeros allows more"
+                    .into(),
+            );
+        }
+        lines
+    }
+
+    /// How many nonzeros the matrices have, in words.
+    fn nonzeros(&self) -> String {
+        let system = &self.exported.system;
+        let whole = match &self.whole.matrix {
+            Some(whole) => whole.entries().to_string(),
+            None => format!("up to {}", self.whole.at_most),
+        };
+        let (fluid, count) = (system.fluid.entries(), system.factors.len());
+        let of_factors = system.factors.iter().map(|factor| factor.entries.len());
+        let factors = match count {
+            0 => "nothing is added to it".into(),
+            _ => {
+                let columns = if count == 1 { "column" } else { "columns" };
+                format!("J {} in {count} {columns}", of_factors.sum::<usize>())
+            }
+        };
+        format!("A {whole}, A_fluid {fluid}, {factors}")
+    }
+
+    /// How the run solved it, in words.
+    fn own_solve(&self) -> String {
+        let OwnSolve { rtol, atol, outcome } = &self.exported.system.own;
+        let absolute = if *atol > 0.0 { format!(" or is {atol:.3e}") } else { String::new() };
+        let to = format!("until the residual is {rtol:.3e} of b{absolute}");
+        match outcome {
+            Ok(Solved { iterations, retried, .. }) => {
+                let tries = if *retried { " in two tries" } else { "" };
+                let s = if *iterations == 1 { "" } else { "s" };
+                format!("the run's solver takes {iterations} iteration{s}{tries}, {to}")
+            }
+            Err(failure) => format!("the run's solver fails: {failure}"),
+        }
+    }
+}
