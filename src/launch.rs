@@ -1,20 +1,76 @@
 //! Ranks without a word of MPI: this program starts itself again, under mpirun.
+//!
+//! ```text
+//!   work = cells + 30 (cells that the surfaces of bodies cut),     ranks = work/100,000
+//! ```
+//! A cell at a surface costs as much as thirty of fluid: ghost cells, apertures, forces (crowds,
+//! beds and spheres take 20 to 60).
 
+use crate::config::{Case, Particle};
 use crate::scene::read_case;
 use crate::{Error, Result};
+use std::f64::consts::PI;
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::Command;
 use std::str::FromStr;
 use std::{env, thread};
 
-/// Cells below which a rank has more to say than to do.
-const CELLS_A_RANK: usize = 100_000;
+/// Work, in cells of fluid, below which a rank has more to say than to do.
+const WORK_A_RANK: usize = 100_000;
+
+/// Cells below which a rank's box is little but ghosts.
+const CELLS_A_RANK: usize = 8_000;
+
+/// What a cell that a body's surface cuts costs, in cells of fluid.
+const SURFACE_CELL: f64 = 30.0;
+
+/// The work of a step and the cells that it is divided by.
+#[derive(Clone, Copy, Debug)]
+pub struct Work {
+    cells: usize,
+    /// In cells of fluid.
+    work: usize,
+}
+
+impl Work {
+    /// That of a case, with its bodies as they are told.
+    pub fn of(case: &Case) -> Work {
+        let domain = &case.domain;
+        let cells: usize = domain.cells.iter().product();
+        let spacing = domain.size.iter().zip(&domain.cells).map(|(size, n)| size / *n as f64);
+        let h = spacing.fold(f64::INFINITY, f64::min);
+        let surface = |particle: &Particle| {
+            let across = particle.shape.diameter() / h;
+            PI * if domain.cells.len() == 2 { across } else { across * across }
+        };
+        let surfaces: f64 = case.particle.iter().map(surface).sum();
+        Work { cells, work: cells + (SURFACE_CELL * surfaces) as usize }
+    }
+
+    /// How many ranks it is enough for, at least 1.
+    pub fn ranks(self) -> usize {
+        (self.work / WORK_A_RANK).min(self.cells / CELLS_A_RANK).max(1)
+    }
+
+    /// What is to be said of the cores that ranks leave idle; `None` where that is right.
+    pub fn advice(self, ranks: usize) -> Option<String> {
+        let better = self.ranks().min(cores());
+        (better > ranks).then(|| {
+            format!(
+                "{} of {} cores in use: the cells and bodies are work for {better} \
+                (--ranks {better} or auto)",
+                ranks,
+                cores()
+            )
+        })
+    }
+}
 
 /// How many ranks a run is to have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ranks {
-    /// As many as there are cores, and fewer where each would have less than 100,000 cells.
+    /// As many as there are cores, and fewer where each would have too little work.
     Auto,
     /// So many.
     Count(usize),
@@ -33,10 +89,10 @@ impl FromStr for Ranks {
 }
 
 impl Ranks {
-    /// How many a grid of so many cells has on a machine with so many cores.
-    fn count(self, cells: usize, cores: usize) -> usize {
+    /// How many so much work has on a machine with so many cores.
+    fn count(self, work: Work, cores: usize) -> usize {
         match self {
-            Ranks::Auto => cores.min(cells / CELLS_A_RANK).max(1),
+            Ranks::Auto => cores.min(work.ranks()),
             Ranks::Count(count) => count,
         }
     }
@@ -49,6 +105,10 @@ fn cores() -> usize {
 /// mpirun with so many ranks, on fewer cores if need be; what they run is to follow.
 pub fn mpirun(ranks: usize) -> Command {
     let mut command = Command::new("mpirun");
+    // Whoever may run this program may run it on ranks.
+    for name in ["OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"] {
+        command.env(name, "1");
+    }
     command.args((ranks > cores()).then_some("--oversubscribe")).args(["-n", &ranks.to_string()]);
     command
 }
@@ -64,7 +124,7 @@ pub fn on_ranks(ranks: Ranks, case: &Path, set: &[String]) -> Result<()> {
             "--ranks starts mpirun by itself: leave one of the two away".into(),
         ));
     }
-    let count = ranks.count(read_case(case, set)?.case.domain.cells.iter().product(), cores());
+    let count = ranks.count(Work::of(&read_case(case, set)?.case), cores());
     if count == 1 {
         return Ok(());
     }
@@ -99,9 +159,12 @@ mod tests {
     fn ranks_option_is_number_or_auto() {
         assert_eq!(("auto".parse(), "3".parse()), (Ok(Ranks::Auto), Ok(Ranks::Count(3))));
         assert!(["0", "-1", "two", ""].iter().all(|text| text.parse::<Ranks>().is_err()));
-        let auto = |cells, cores| Ranks::Auto.count(cells, cores);
-        assert_eq!([auto(50_000, 8), auto(250_000, 8), auto(10_000_000, 8)], [1, 2, 8]);
-        assert_eq!(Ranks::Count(16).count(100, 2), 16);
+        let work = |cells, work| Work { cells, work };
+        let auto = |cells, of_bodies| Ranks::Auto.count(work(cells, cells + of_bodies), 8);
+        assert_eq!([auto(50_000, 0), auto(250_000, 0), auto(10_000_000, 0)], [1, 2, 8]);
+        // Many bodies on a small grid, and on one that cannot be divided further.
+        assert_eq!([auto(100_000, 400_000), auto(20_000, 10_000_000)], [5, 2]);
+        assert_eq!(Ranks::Count(16).count(work(100, 100), 2), 16);
     }
 
     #[test]

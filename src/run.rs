@@ -16,6 +16,7 @@ mod time_loop;
 use crate::check::{check_memory, expected_rest};
 use crate::config::{Case, Loaded};
 use crate::interrupt::Interrupt;
+use crate::launch::Work;
 use crate::output::measure::{self, Series};
 use crate::output::probe::Probes;
 use crate::output::progress::Progress;
@@ -260,7 +261,8 @@ impl<'a, const D: usize> Run<'a, D> {
             self.case.time.end,
             self.out.display()
         ));
-        self.notes.iter().chain(&self.inherited).for_each(|line| self.log.say(line));
+        let idle = Work::of(self.case).advice(self.session.size());
+        self.notes.iter().chain(&self.inherited).chain(&idle).for_each(|line| self.log.say(line));
         for warning in crate::check::warnings(self.case, &self.scene)? {
             self.log.say(&warning);
         }

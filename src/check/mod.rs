@@ -13,6 +13,7 @@ mod steps;
 mod stiffness;
 
 use crate::config::{Case, Loaded};
+use crate::launch::Work;
 use crate::petsc::Session;
 use crate::scene::{Scene, read_case};
 use crate::step_size::{check_step, choose_step};
@@ -114,6 +115,8 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     lines.extend(step_lines);
     lines.extend(contacts(case, &scene, later_step(case, &limits)));
     lines.extend(flow::describe_pressure(case, &scene)?);
+    let idle = Work::of(case).advice(session.size());
+    lines.extend(idle.map(|idle| format!("ranks        {idle}")));
     let Trial { step, solve_rows } = try_steps(case, &mut scene)?;
     let disk = disk::expected(case, &mut scene, steps, solve_rows)?;
     lines.push(disk::describe(case, &disk));
