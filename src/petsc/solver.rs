@@ -219,8 +219,8 @@ impl LinearSolver {
         if self.writes_operator {
             return Err(Error::Usage(
                 "PETSc option -ksp_view_mat: the operator holds the motion of free bodies (or a \
-                held mean velocity), which no matrix here has; `mics export-system` writes the whole, \
-                and -ksp_view_pmat the matrix of the fluid"
+                held mean velocity), which is in no matrix here; `mics export-system` writes the \
+                whole, and -ksp_view_pmat the matrix of the fluid"
                     .into(),
             ));
         }
