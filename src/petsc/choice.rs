@@ -152,9 +152,9 @@ pub(super) fn refuse_empty_views(session: &Session, own: bool, singular: bool) -
 const CANNOT: [(&str, &str); 6] = [
     (
         "Could not locate a solver type for factorization type",
-        "on several ranks a factorization is one of each rank's block: take -pc_type bjacobi or asm \
-        with -sub_pc_type icc or ilu; lu and cholesky of all work by -pc_factor_mat_solver_type \
-        mumps",
+        "on several ranks a factorization is one of each rank's block: take -pc_type bjacobi or \
+        asm with -sub_pc_type icc or ilu; lu and cholesky of all work by \
+        -pc_factor_mat_solver_type mumps",
     ),
     ("MATIS", "it needs a matrix by subdomains, which is not made here; take asm or bjacobi"),
     (

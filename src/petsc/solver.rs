@@ -218,9 +218,9 @@ impl LinearSolver {
     pub fn refuse_without_low_rank(&self) -> Result<()> {
         if self.writes_operator {
             return Err(Error::Usage(
-                "PETSc option -ksp_view_mat: the operator holds the motion of free bodies (or a held \
-                mean velocity), which no matrix here has; `mics export-system` writes the whole, \
-                and -ksp_view_pmat the matrix of the fluid"
+                "PETSc option -ksp_view_mat: the operator holds the motion of free bodies (or a \
+                held mean velocity), which is in no matrix here; `mics export-system` writes the \
+                whole, and -ksp_view_pmat the matrix of the fluid"
                     .into(),
             ));
         }
