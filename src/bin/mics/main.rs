@@ -59,8 +59,8 @@ enum Command {
         /// Print errors only.
         #[arg(long)]
         quiet: bool,
-        /// On so many ranks, by mpirun; auto: as many as there are cores, with 100,000 cells or
-        /// more for each.
+        /// On so many ranks, by mpirun; auto: as many as there are cores, as far as cells and
+        /// bodies are work for them.
         #[arg(long, value_name = "N|auto")]
         ranks: Option<Ranks>,
     },
