@@ -168,6 +168,18 @@ mod tests {
     }
 
     #[test]
+    fn work_counts_cells_and_cells_at_surfaces_of_bodies() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/settling-sphere/case.toml");
+        let case = read_case(&path, &[]).unwrap().case;
+        let Work { cells, work } = Work::of(&case);
+        let domain = &case.domain;
+        let across = case.particle[0].shape.diameter() * domain.cells[0] as f64 / domain.size[0];
+        assert_eq!((case.particle.len(), cells), (1, domain.cells.iter().product::<usize>()));
+        let of_surface = (work - cells) as f64 / (PI * across * across);
+        assert!((of_surface - 30.0).abs() < 0.01, "{of_surface}");
+    }
+
+    #[test]
     fn launch_removes_own_option_from_command() {
         let left = |words: &str| without_ranks(words.split(' ').map(String::from)).join(" ");
         assert_eq!(left("run --ranks 2 a.toml --quiet"), "run a.toml --quiet");
