@@ -1,4 +1,4 @@
-//! Ranks without a word of MPI: this program starts itself again, under mpirun.
+//! How many ranks a run is to have, where nobody speaks of MPI.
 //!
 //! ```text
 //!   work = cells + 30 (cells that the surfaces of bodies cut),     ranks = work/100,000
@@ -6,13 +6,11 @@
 //! A cell at a surface costs as much as thirty of fluid: ghost cells, apertures, forces (crowds,
 //! beds and spheres take 20 to 60).
 
-use crate::config::{Case, Particle};
+use crate::config::{Case, Particle, Solver};
 use crate::scene::read_case;
 use crate::{Error, Result};
 use std::f64::consts::PI;
-use std::os::unix::process::CommandExt as _;
 use std::path::Path;
-use std::process::Command;
 use std::str::FromStr;
 use std::{env, thread};
 
@@ -53,15 +51,20 @@ impl Work {
         (self.work / WORK_A_RANK).min(self.cells / CELLS_A_RANK).max(1)
     }
 
-    /// What is to be said of the cores that ranks leave idle; `None` where that is right.
+    /// What is to be said of so many ranks, where the work is enough for more of them; `None` where
+    /// that is right.
     pub fn advice(self, ranks: usize) -> Option<String> {
-        let better = self.ranks().min(cores());
-        (better > ranks).then(|| {
+        let (enough, cores) = (self.ranks(), cores());
+        let with = if cores > ranks {
+            format!("--ranks {} uses the cores that are idle", enough.min(cores))
+        } else {
+            "more cores would help".to_owned()
+        };
+        (enough > ranks).then(|| {
             format!(
-                "{} of {} cores in use: the cells and bodies are work for {better} \
-                (--ranks {better} or auto)",
-                ranks,
-                cores()
+                "{ranks} rank{} on {cores} core{}: cells and bodies are work for {enough}; {with}",
+                if ranks == 1 { "" } else { "s" },
+                if cores == 1 { "" } else { "s" },
             )
         })
     }
@@ -98,57 +101,64 @@ impl Ranks {
     }
 }
 
-fn cores() -> usize {
+/// The cores that this process may use.
+pub fn cores() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// mpirun with so many ranks, on fewer cores if need be; what they run is to follow.
-pub fn mpirun(ranks: usize) -> Command {
-    let mut command = Command::new("mpirun");
-    // Whoever may run this program may run it on ranks.
-    for name in ["OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"] {
-        command.env(name, "1");
-    }
-    command.args((ranks > cores()).then_some("--oversubscribe")).args(["-n", &ranks.to_string()]);
-    command
+/// The variable that tells ranks that whoever started them shows how far they are.
+pub const WATCHED: &str = "MICS_RANKS_WATCHED";
+
+/// What the first rank of several is told by those who start it: mpirun, and servers of srun.
+const OF_A_RANK: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"];
+
+/// Ranks that are to be started.
+pub struct Launch {
+    /// How many, at least 2.
+    pub ranks: usize,
+    /// The case's name.
+    pub name: String,
 }
 
-/// Becomes an mpirun of this very command on the ranks of a case; returns where one rank is enough,
-/// which needs none.
+/// How many ranks a case is to be started on; `None` where this process is to run it: one rank is
+/// enough, or nobody has said how many and this is a rank already or a solver has been chosen,
+/// whose ways on ranks are its own.
 ///
 /// # Errors
-/// When the case is wrong, this is a rank already, or mpirun cannot be started.
-pub fn on_ranks(ranks: Ranks, case: &Path, set: &[String]) -> Result<()> {
-    if env::var_os("OMPI_COMM_WORLD_SIZE").is_some() {
+/// When the case is wrong, or this is a rank already and more are asked for.
+pub fn plan(
+    ranks: Option<Ranks>,
+    case: &Path,
+    set: &[String],
+    options: bool,
+) -> Result<Option<Launch>> {
+    let is_rank = OF_A_RANK.iter().any(|name| env::var_os(name).is_some());
+    if is_rank && ranks.is_some() {
         return Err(Error::Usage(
             "--ranks starts mpirun by itself: leave one of the two away".into(),
         ));
     }
-    let count = ranks.count(Work::of(&read_case(case, set)?.case), cores());
-    if count == 1 {
-        return Ok(());
+    if is_rank || ranks == Some(Ranks::Count(1)) {
+        return Ok(None);
     }
-    let program = env::current_exe().map_err(Error::io("this program"))?;
-    let mut command = mpirun(count);
-    command.arg(program).args(without_ranks(
-        env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()),
-    ));
-    // What comes back is a failure: the program is another one otherwise.
-    Err(Error::io("mpirun")(command.exec()))
+    let case = read_case(case, set)?.case;
+    let ranks = match ranks {
+        Some(ranks) => ranks.count(Work::of(&case), cores()),
+        None => usual(&case, options),
+    };
+    Ok((ranks > 1).then_some(Launch { ranks, name: case.name }))
 }
 
-/// The words of a command but `--ranks` and its number; those behind `--` are PETSc's.
-fn without_ranks(words: impl Iterator<Item = String>) -> Vec<String> {
-    let (mut kept, mut number, mut ours) = (Vec::new(), false, true);
-    for word in words {
-        ours &= word != "--";
-        let own = ours && (number || word == "--ranks" || word.starts_with("--ranks="));
-        number = ours && word == "--ranks";
-        if !own {
-            kept.push(word);
-        }
-    }
-    kept
+/// How many ranks a case has where nobody has said so, with or without PETSc's options on the
+/// command line.
+pub fn usual(case: &Case, options: bool) -> usize {
+    let chosen = options || chooses_solver(case);
+    if chosen { 1 } else { Ranks::Auto.count(Work::of(case), cores()) }
+}
+
+/// Whether a case has a solver of its own choice.
+fn chooses_solver(case: &Case) -> bool {
+    !case.petsc.options.is_empty() || case.pressure.solver != Solver::Auto
 }
 
 #[cfg(test)]
@@ -177,13 +187,5 @@ mod tests {
         assert_eq!((case.particle.len(), cells), (1, domain.cells.iter().product::<usize>()));
         let of_surface = (work - cells) as f64 / (PI * across * across);
         assert!((of_surface - 30.0).abs() < 0.01, "{of_surface}");
-    }
-
-    #[test]
-    fn launch_removes_own_option_from_command() {
-        let left = |words: &str| without_ranks(words.split(' ').map(String::from)).join(" ");
-        assert_eq!(left("run --ranks 2 a.toml --quiet"), "run a.toml --quiet");
-        assert_eq!(left("run a.toml --ranks=auto -- -ksp_type cg"), "run a.toml -- -ksp_type cg");
-        assert_eq!(left("run a.toml --ranks 2 -- --ranks 3"), "run a.toml -- --ranks 3");
     }
 }

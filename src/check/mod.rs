@@ -13,7 +13,7 @@ mod steps;
 mod stiffness;
 
 use crate::config::{Case, Loaded};
-use crate::launch::Work;
+use crate::launch::{self, Work};
 use crate::petsc::Session;
 use crate::scene::{Scene, read_case};
 use crate::step_size::{check_step, choose_step};
@@ -49,9 +49,13 @@ pub fn check(path: &Path, set: &[String], petsc: &[String], quiet: bool) -> Resu
             _ => refuse(&loaded, &Scene::<3>::new(&session, &loaded.case)?),
         };
     }
+    let ranks = match session.size() {
+        1 => launch::usual(&loaded.case, !petsc.is_empty()),
+        given => given,
+    };
     let lines = match loaded.case.dimension() {
-        2 => describe::<2>(&session, &loaded),
-        _ => describe::<3>(&session, &loaded),
+        2 => describe::<2>(&session, &loaded, ranks),
+        _ => describe::<3>(&session, &loaded, ranks),
     };
     let lines = lines.map_err(|e| match e {
         e @ (Error::Run(_) | Error::NotFinite(_)) => {
@@ -95,7 +99,11 @@ pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<
     Ok(all.filter(|line| line.starts_with("warning")).collect())
 }
 
-fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<String>> {
+fn describe<const D: usize>(
+    session: &Session,
+    loaded: &Loaded,
+    ranks: usize,
+) -> Result<Vec<String>> {
     let case = &loaded.case;
     let started = Instant::now();
     let mut scene = Scene::<D>::new(session, case)?;
@@ -115,19 +123,21 @@ fn describe<const D: usize>(session: &Session, loaded: &Loaded) -> Result<Vec<St
     lines.extend(step_lines);
     lines.extend(contacts(case, &scene, later_step(case, &limits)));
     lines.extend(flow::describe_pressure(case, &scene)?);
-    let idle = Work::of(case).advice(session.size());
-    lines.extend(idle.map(|idle| format!("ranks        {idle}")));
+    let advice = Work::of(case).advice(ranks);
+    let taken = (ranks > session.size()).then(|| format!("{ranks}, which a run starts by itself"));
+    lines.extend(advice.or(taken).map(|line| format!("ranks        {line}")));
     let Trial { step, solve_rows } = try_steps(case, &mut scene)?;
     let disk = disk::expected(case, &mut scene, steps, solve_rows)?;
     lines.push(disk::describe(case, &disk));
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
     lines.push(format!(
-        "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried), \
+        "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried{}), \
         start-up {start_up:.2} s, memory {:.0} MB; about {} for the run, more where many particles \
         touch; {} of disk at most",
         1e3 * step,
         1e6 * step / scene.domain.grid.total_cells() as f64,
+        if session.size() == 1 && ranks > 1 { " on one rank" } else { "" },
         memory[0] / 1e6,
         minutes((steps * step).ceil()),
         size(disk.all)

@@ -291,9 +291,26 @@ fn damping_ratio(exponent: f64, e: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Restitution of the clipped collision, in `w = x' + 2 zeta x^s/s`, `s = (g+1)/2`: `w' = -x^g`,
-/// free of the damper's infinite slope at contact. It ends at `x^s + 2 zeta x' = 0`.
+/// Restitution of the clipped collision.
 fn restitution(exponent: f64, zeta: f64) -> f64 {
+    if exponent == 1.0 { linear_restitution(zeta) } else { integrated_restitution(exponent, zeta) }
+}
+
+/// That of a linear spring in closed form: with `x = exp(-zeta t) sin(w t)/w`, `w = cos b`, `zeta =
+/// sin b`, the force is zero at `w t = pi - 2 b`, where the speed is `exp(-zeta t)`. Beyond
+/// `zeta = 1` b is complex.
+fn linear_restitution(zeta: f64) -> f64 {
+    let cosine = (1.0 - zeta * zeta).abs().sqrt();
+    if cosine < 1e-6 {
+        return (-2.0f64).exp();
+    }
+    let angle = if zeta < 1.0 { 2.0 * cosine.atan2(zeta) } else { 2.0 * zeta.acosh() };
+    (-zeta / cosine * angle).exp()
+}
+
+/// That of any spring, in `w = x' + 2 zeta x^s/s`, `s = (g+1)/2`: `w' = -x^g`, free of the damper's
+/// infinite slope at contact. It ends at `x^s + 2 zeta x' = 0`.
+pub(super) fn integrated_restitution(exponent: f64, zeta: f64) -> f64 {
     let s = 0.5 * (exponent + 1.0);
     let speed = |x: f64, w: f64| w - 2.0 * zeta * x.max(0.0).powf(s) / s;
     let rate = |x: f64, w: f64| (speed(x, w), -x.max(0.0).powf(exponent));

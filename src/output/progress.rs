@@ -20,7 +20,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Least time between two records.
-const RECORD_EVERY: Duration = Duration::from_secs(1);
+pub(super) const RECORD_EVERY: Duration = Duration::from_secs(1);
 /// Time between plain lines.
 pub(super) const LINE_EVERY: Duration = Duration::from_secs(5);
 /// The part of the seconds spent over which the pace forgets.
@@ -69,7 +69,7 @@ impl Progress {
             File::options().append(true).create(true).read(true).open(f.join(FILE)).ok()
         });
         let mut progress = Progress {
-            lines: shown && bar.is_none(),
+            lines: shown && bar.is_none() && std::env::var_os(crate::launch::WATCHED).is_none(),
             bar,
             file,
             newest: Record {

@@ -120,6 +120,36 @@ impl<'a> Follower<'a> {
     }
 }
 
+/// The bar of a run that ranks compute which this process has started.
+pub struct Glance {
+    run: PathBuf,
+    bar: ProgressBar,
+    looked: Instant,
+}
+
+impl Glance {
+    /// That of the run in a folder, which need not be there yet; `None` where standard error is no
+    /// terminal that can draw it.
+    pub fn at(run: &Path) -> Option<Glance> {
+        progress::bar().map(|bar| Glance { run: run.to_owned(), bar, looked: Instant::now() })
+    }
+
+    /// Shows the newest record, once a second.
+    pub fn look(&mut self) {
+        if self.looked.elapsed() < progress::RECORD_EVERY {
+            return;
+        }
+        self.looked = Instant::now();
+        let newest = Record::newest(&self.run).filter(|newest| newest.status == "running");
+        newest.iter().for_each(|newest| progress::show(&self.bar, newest));
+    }
+
+    /// Takes the bar away.
+    pub fn close(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
 /// Follows runs until all have ended.
 ///
 /// # Errors

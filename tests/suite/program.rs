@@ -144,38 +144,6 @@ fn single_process_run_has_private_temporary_folder() {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
 }
 
-#[test]
-fn run_starts_its_ranks_by_mpirun() {
-    let dir = tempfile::tempdir().unwrap();
-    let case = write(
-        dir.path(),
-        &box_case([1.0, 1.0], [32, 32], 0.01, crate::support::PERIODIC, "[time]\nend = 0.1"),
-    );
-    let (out, session) = (dir.path().join("out"), dir.path().join("session"));
-    let go = |ranks: &str| {
-        // A session folder of its own, as other tests' ranks have.
-        let mut command = crate::support::mics_command();
-        command.envs(crate::support::AS_ROOT).env("OMPI_MCA_orte_tmpdir_base", &session);
-        command.args([
-            "run",
-            case.to_str().unwrap(),
-            "--quiet",
-            "--force",
-            "--ranks",
-            ranks,
-            "--out",
-            out.to_str().unwrap(),
-        ]);
-        let output = command.output().unwrap();
-        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-        let record = std::fs::read_to_string(out.join("run.json")).unwrap();
-        serde_json::from_str::<serde_json::Value>(&record).unwrap()["ranks"].as_u64()
-    };
-    std::fs::create_dir(&session).unwrap();
-    assert_eq!(go("2"), Some(2));
-    assert_eq!(go("auto"), Some(1), "a thousand cells are too few for two");
-}
-
 /// A disc of 0.25 m in a stream of 1 m/s that begins at once, Re = 50.
 fn stream_past_a_disc(measures: &str) -> String {
     format!(

@@ -138,9 +138,10 @@ pub fn mics(arguments: &[&str]) -> Output {
     mics_command().args(arguments).output().expect("the program starts")
 }
 
-/// Runs a case into `out`, which must succeed, and returns its summary.
+/// Runs a case into `out` on one rank, which must succeed, and returns its summary.
 pub fn run(case: &Path, out: &Path, more: &[&str]) -> serde_json::Value {
-    let words = ["run", case.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()];
+    let (case, out_word) = (case.to_str().unwrap(), out.to_str().unwrap());
+    let words = ["run", case, "--quiet", "--ranks", "1", "--out", out_word];
     let output = mics(&[&words[..], more].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     summary(out)

@@ -2,11 +2,12 @@
 
 mod cases;
 mod export;
+mod ranks;
 mod study;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
-use mics::launch::{self, Ranks};
+use mics::launch::Ranks;
 use mics::output::watch;
 use mics::run::Request;
 use mics::{Error, Result, check, run, validate};
@@ -60,7 +61,8 @@ enum Command {
         #[arg(long)]
         quiet: bool,
         /// On so many ranks, by mpirun; auto: as many as there are cores, as far as cells and
-        /// bodies are work for them.
+        /// bodies are work for them [default: auto, and 1 where options or the case choose a
+        /// solver].
         #[arg(long, value_name = "N|auto")]
         ranks: Option<Ranks>,
     },
@@ -197,7 +199,7 @@ fn main() -> ExitCode {
         // Help and version are "errors" of status 0.
         Err(e) => fail(u8::try_from(e.exit_code()).unwrap_or(2), &|| drop(e.print())),
         Ok(cli) => match act(cli.command) {
-            Ok(()) => ExitCode::SUCCESS,
+            Ok(status) => ExitCode::from(status),
             Err(stop @ Error::Interrupted(_)) => {
                 fail(stop.exit_code(), &|| complain(&stop.to_string()))
             }
@@ -211,9 +213,9 @@ fn complain(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// Does what the command line says.
-fn act(command: Command) -> Result<()> {
-    match command {
+/// Does what the command line says, and returns the exit status.
+fn act(command: Command) -> Result<u8> {
+    let done = match command {
         Command::Run {
             scene: SceneArgs { case, set, petsc },
             out,
@@ -222,8 +224,16 @@ fn act(command: Command) -> Result<()> {
             quiet,
             ranks,
         } => {
-            if let Some(ranks) = ranks {
-                launch::on_ranks(ranks, &case, &set)?;
+            let choice = ranks::Choice {
+                ranks,
+                case: &case,
+                set: &set,
+                options: !petsc.is_empty(),
+                out: out.as_deref(),
+                shown: !quiet,
+            };
+            if let Some(status) = ranks::run(&choice)? {
+                return Ok(status);
             }
             let (draw, commit) = (plot::draw_run, COMMIT);
             run::run(&Request { case, out, set, force, resume, quiet, petsc, draw, commit })
@@ -269,7 +279,8 @@ fn act(command: Command) -> Result<()> {
         Command::Man => manual(),
         Command::Schema { markdown: true } => print(mics::config::reference().trim_end()),
         Command::Schema { markdown: false } => print(&format!("{:#}", mics::config::schema())),
-    }
+    };
+    done.map(|()| 0)
 }
 
 /// The manual page: the program's, with every command's options.

@@ -2,13 +2,13 @@
 //! there.
 
 use super::planned::Planned;
-use mics::launch::mpirun;
+use crate::ranks::Mpirun;
 use mics_run::progress;
 use mics_run::{Error, Result};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::io::{Read as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
@@ -56,27 +56,6 @@ pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
         summary,
         commit,
     })
-}
-
-/// The session folder of an mpirun, deleted with it. The usual one is shared by all of a user's
-/// programs, and the first to end takes it away from those that begin.
-struct Session(PathBuf);
-
-impl Session {
-    /// One for so many ranks; of one rank there is none.
-    fn new(ranks: usize) -> Result<Session> {
-        let path = env::temp_dir().join(format!("mics-study-{}", std::process::id()));
-        if ranks > 1 {
-            fs::create_dir_all(&path).map_err(Error::io(&path))?;
-        }
-        Ok(Session(path))
-    }
-}
-
-impl Drop for Session {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }
 
 /// Time between two lines of a run's progress.
@@ -151,16 +130,17 @@ pub fn run(run: &Planned, folder: &Path, name: &str, limit: Option<Duration>) ->
         return Ok(Outcome::refused(&refusal.why));
     }
     let program = env::current_exe().map_err(Error::io("this program"))?;
-    let session = Session::new(run.ranks)?;
-    let mut command = if run.ranks == 1 {
-        Command::new(&program)
+    let mut mpirun;
+    let (mut alone, ranks) = (Command::new(&program), run.ranks.to_string());
+    let command = if run.ranks == 1 {
+        &mut alone
     } else {
-        let mut command = mpirun(run.ranks);
-        command.args(["--mca", "orte_tmpdir_base"]).arg(&session.0).arg(&program);
-        command
+        mpirun = Mpirun::new(run.ranks)?;
+        mpirun.command.arg(&program)
     };
     command.arg("run").arg(&run.case).args(["--quiet", "--force", "--out"]).arg(folder);
-    add_choices(&mut command, run);
+    command.args((run.ranks == 1).then_some(["--ranks", &ranks]).into_iter().flatten());
+    add_choices(command, run);
     // What an earlier try left must not be taken for this one's.
     for file in ["summary.json", progress::FILE] {
         match fs::remove_file(folder.join(file)) {
@@ -170,7 +150,7 @@ pub fn run(run: &Planned, folder: &Path, name: &str, limit: Option<Duration>) ->
             _ => {}
         }
     }
-    let waited = wait(&mut command, folder, name, limit);
+    let waited = wait(command, folder, name, limit);
     let (ended, slow) = waited.map_err(Error::io(command.get_program()))?;
     let words = words(run, &ended.stderr);
     let summary = json(&folder.join("summary.json"));

@@ -1,0 +1,179 @@
+//! A run on several ranks without a word of MPI: this very command once more under mpirun, and this
+//! process beside it, which draws the bar and hands on what asks the run to end.
+
+use mics::launch::{self, Ranks};
+use mics::output::watch::Glance;
+use mics::{Error, Result};
+use rustix::process::{Pid, Signal, kill_process};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
+use signal_hook::iterator::Signals;
+use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::Duration;
+use std::{env, fs, io, thread};
+
+/// Time between two looks at the ranks.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
+/// mpirun on so many ranks, on fewer cores if need be, with a session folder of its own, which goes
+/// with it: the usual one is shared by all of a user's programs, and the first to end takes it away
+/// from those that begin.
+pub struct Mpirun {
+    /// What the ranks run is to follow.
+    pub command: Command,
+    session: PathBuf,
+}
+
+impl Mpirun {
+    /// One that is to be started.
+    ///
+    /// # Errors
+    /// When its folder cannot be made.
+    pub fn new(ranks: usize) -> Result<Mpirun> {
+        let session = env::temp_dir().join(format!("mics-ranks-{}", std::process::id()));
+        fs::create_dir_all(&session).map_err(Error::io(&session))?;
+        let mut command = Command::new("mpirun");
+        // Whoever may run this program may run it on ranks.
+        for name in ["OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"] {
+            command.env(name, "1");
+        }
+        command.args(["-q", "--mca", "orte_tmpdir_base"]).arg(&session);
+        // Ranks that are bound to cores would all be bound to the first ones, whoever's they are.
+        command.args(["--bind-to", "none"]);
+        // Ranks wait by asking again and again: beside other programs they are to let these go on.
+        command.args(["--mca", "mpi_yield_when_idle", "1"]);
+        command.args((ranks > launch::cores()).then_some("--oversubscribe"));
+        command.args(["-n", &ranks.to_string()]);
+        Ok(Mpirun { command, session })
+    }
+}
+
+impl Drop for Mpirun {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.session);
+    }
+}
+
+/// What a run's command line says of its ranks.
+pub struct Choice<'a> {
+    /// `--ranks`; without it as many as are good for it.
+    pub ranks: Option<Ranks>,
+    /// The case and its overrides.
+    pub case: &'a Path,
+    /// `key.path=value`.
+    pub set: &'a [String],
+    /// Whether PETSc has options of the command line's.
+    pub options: bool,
+    /// The run's folder, if it is not the usual one.
+    pub out: Option<&'a Path>,
+    /// Whether how far it is, is shown.
+    pub shown: bool,
+}
+
+/// Runs this very command on the ranks of its case, and returns their exit status; `None` where
+/// this process is to run it.
+///
+/// # Errors
+/// When the case is wrong, this is a rank already, mpirun cannot be started, or a rank is killed.
+pub fn run(choice: &Choice) -> Result<Option<u8>> {
+    let Some(launched) = launch::plan(choice.ranks, choice.case, choice.set, choice.options)?
+    else {
+        return Ok(None);
+    };
+    let program = env::current_exe().map_err(Error::io("this program"))?;
+    let mut mpirun = Mpirun::new(launched.ranks)?;
+    let folder = choice.out.map_or_else(|| Path::new("runs").join(&launched.name), Path::to_owned);
+    let glance = if choice.shown { Glance::at(&folder) } else { None };
+    if glance.is_some() {
+        mpirun.command.env(launch::WATCHED, "1");
+    }
+    mpirun.command.arg(program).args(without_ranks(
+        env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()),
+    ));
+    match wait(&mut mpirun.command, glance) {
+        // Nobody has asked for ranks: one does without.
+        Err(e) if e.kind() == io::ErrorKind::NotFound && choice.ranks.is_none() => Ok(None),
+        Err(e) => Err(Error::io("mpirun, of Debian's openmpi-bin")(e)),
+        Ok((status, asked)) => status_of(status, asked).map(Some),
+    }
+}
+
+/// Starts it, waits for it, and says whether a signal has asked it to end. The first of a kind asks
+/// the ranks to stop after their step, a second one ends them at once; mpirun hands on SIGUSR1 and
+/// lets them live, where it would give them a second only after Ctrl-C.
+fn wait(command: &mut Command, mut glance: Option<Glance>) -> io::Result<(ExitStatus, bool)> {
+    let mut signals = Signals::new([SIGINT, SIGTERM, SIGUSR1, SIGHUP])?;
+    // In a group of its own: what the terminal sends reaches this process alone.
+    let mut child = command.process_group(0).stdin(Stdio::null()).spawn()?;
+    let mut asked = Vec::new();
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        for signal in signals.pending() {
+            let at_once = signal == SIGHUP || asked.contains(&signal);
+            let ending = if at_once { Signal::TERM } else { Signal::USR1 };
+            // One that has just ended by itself is no failure to end it.
+            let _ = kill_process(Pid::from_child(&child), ending);
+            asked.push(signal);
+        }
+        glance.iter_mut().for_each(Glance::look);
+        thread::sleep(LOOK_EVERY);
+    };
+    glance.iter().for_each(Glance::close);
+    Ok((status, !asked.is_empty()))
+}
+
+/// The exit status that this process has for that of mpirun.
+fn status_of(status: ExitStatus, asked: bool) -> Result<u8> {
+    // mpirun says 128 more than the number of the signal that has killed a rank.
+    let killed =
+        status.signal().or(status.code().filter(|code| *code > 130).map(|code| code - 128));
+    match (status.code(), killed) {
+        (Some(code @ (0 | 2 | 3 | 130)), _) => Ok(code as u8),
+        _ if asked => Ok(130),
+        (_, Some(signal)) => Err(Error::Run(format!(
+            "a rank was ended by signal {signal}{}; --resume goes on from the newest checkpoint",
+            if signal == 9 { ", which the system sends when memory is short" } else { "" }
+        ))),
+        _ => Err(Error::Run(format!("mpirun could not run the ranks ({status}); try --ranks 1"))),
+    }
+}
+
+/// The words of a command but `--ranks` and its number; those behind `--` are PETSc's.
+fn without_ranks(words: impl Iterator<Item = String>) -> Vec<String> {
+    let (mut kept, mut number, mut ours) = (Vec::new(), false, true);
+    for word in words {
+        ours &= word != "--";
+        let own = ours && (number || word == "--ranks" || word.starts_with("--ranks="));
+        number = ours && word == "--ranks";
+        if !own {
+            kept.push(word);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn launch_removes_own_option_from_command() {
+        let left = |words: &str| without_ranks(words.split(' ').map(String::from)).join(" ");
+        assert_eq!(left("run --ranks 2 a.toml --quiet"), "run a.toml --quiet");
+        assert_eq!(left("run a.toml --ranks=auto -- -ksp_type cg"), "run a.toml -- -ksp_type cg");
+        assert_eq!(left("run a.toml --ranks 2 -- --ranks 3"), "run a.toml -- --ranks 3");
+    }
+
+    #[test]
+    fn exit_status_of_ranks_is_that_of_the_run() {
+        let status = |code: i32, asked| status_of(ExitStatus::from_raw(code << 8), asked);
+        assert!([0, 2, 3, 130].iter().all(|&code| status(code, false).unwrap() == code as u8));
+        assert_eq!(status(1, true).unwrap(), 130);
+        let said = |code: i32| status(code, false).unwrap_err().to_string();
+        assert!(said(137).contains("signal 9, which the system sends when memory is short"));
+        assert!(said(1).contains("--ranks 1"));
+    }
+}
