@@ -133,3 +133,4 @@ pub mod validate;
 
 pub use mics_run::{Error, Result, config, error, interrupt};
 use mics_run::{drag, words};
+pub use petsc_sys::HugePages;
