@@ -6,9 +6,10 @@
 //! ```
 
 use super::block::Block;
-use super::circle::{self, Line};
+use super::circle::{self, Line, Lines, Parts};
 use super::octant::{Corner, Pair, Plane, between};
 use super::{Orientation, Shape};
+use crate::grid::simd;
 use nalgebra::Vector3;
 
 /// The planes of a lattice, from a body's centre, and room for what is found on the way.
@@ -28,6 +29,10 @@ pub struct Tiles {
     /// of the next two axes across it.
     circles: Vec<f64>,
     lines: [Vec<Line>; 2],
+    /// Of a disc the lines in x, what it has below them and a line in y, and below the next one,
+    /// and what it has between.
+    across: Lines,
+    parts: [Parts; 3],
 }
 
 /// What a body fills of a box.
@@ -59,6 +64,8 @@ impl Tiles {
             corners: std::array::from_fn(|_| Vec::with_capacity(square)),
             circles: Vec::with_capacity(most),
             lines: std::array::from_fn(|_| Vec::with_capacity(square)),
+            across: Lines::with_capacity(most),
+            parts: std::array::from_fn(|_| Parts::with_capacity(most)),
         }
     }
 
@@ -169,22 +176,37 @@ impl Tiles {
 
     /// The boxes that a disc of the given radius (m) reaches, with moments.
     pub fn of_disc(&mut self, radius: f64, mut found: impl FnMut(Filled)) {
-        let Tiles { planes, squares, lines, .. } = self;
-        for (lines, planes) in lines.iter_mut().zip(&*planes) {
-            lines.clear();
-            lines.extend(planes.iter().map(|at| Line::new(*at, radius)));
-        }
-        Tiles::for_reached(planes, squares, radius, |mut one, whole| {
-            (one.part, one.moment) = (1.0, one.middle);
-            if !whole {
-                let [x, y] = [0, 1].map(|a| [&lines[a][one.at[a]], &lines[a][one.at[a] + 1]]);
-                let (filled, area) =
-                    (circle::rectangle(x, y, radius), 4.0 * one.half.x * one.half.y);
-                one.part = filled.area / area;
-                one.moment = Vector3::new(filled.moment[0], filled.moment[1], 0.0) / area;
+        let Tiles { planes, squares, across, parts: [low, high, between], .. } = self;
+        let line = |at: f64| Line::new(at, radius);
+        across.set(&planes[0], radius);
+        high.set_below(across, &line(planes[1][0]), radius);
+        let (square, z) = (radius * radius, squares[2][0]);
+        for (j, y) in squares[1].iter().enumerate() {
+            let [near, far] = [y[0] + z[0], y[1] + z[1]];
+            std::mem::swap(low, high);
+            let next = line(planes[1][j + 1]);
+            simd(
+                #[inline(always)]
+                || {
+                    high.set_below(across, &next, radius);
+                    between.set_between(low, high);
+                },
+            );
+            for (i, x) in squares[0].iter().enumerate() {
+                if near >= square || x[0] + near >= square {
+                    continue;
+                }
+                let mut one = Tiles::empty(planes, [i, j, 0]);
+                (one.part, one.moment) = (1.0, one.middle);
+                if x[1] + far > square {
+                    let area = 4.0 * one.half.x * one.half.y;
+                    let [x, y] = [&between.moment[0], &between.moment[1]].map(|m| m[i]);
+                    one.part = between.area[i] / area;
+                    one.moment = Vector3::new(x, y, 0.0) / area;
+                }
+                found(one);
             }
-            found(one);
-        });
+        }
     }
 
     /// The boxes that a sphere of the given radius (m) reaches, with moments.
@@ -203,7 +225,7 @@ impl Tiles {
                 second.iter().flat_map(|q| first.iter().map(move |p| Pair::new(p, q, radius))),
             );
         }
-        let Tiles { planes, squares, cuts, pairs, corners, circles, lines } = self;
+        let Tiles { planes, squares, cuts, pairs, corners, circles, lines, .. } = self;
         let [nx, ny, nz] = cuts.each_ref().map(Vec::len);
         for layer in corners.iter_mut() {
             layer.clear();

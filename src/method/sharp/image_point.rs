@@ -28,6 +28,7 @@ pub struct ImagePoint<const D: usize> {
 impl<const D: usize> ImagePoint<D> {
     /// An image point at `centre + out arm` (m); the point is within the stored cells, two layers
     /// from their end.
+    #[inline]
     pub fn new(
         grid: &Grid<D>,
         centre: &Vector3<f64>,
@@ -37,12 +38,13 @@ impl<const D: usize> ImagePoint<D> {
     ) -> ImagePoint<D> {
         let (mut first, mut place) = (0, [0.0; D]);
         for a in 0..D {
-            let x = (centre[a] + out * arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64
-                + grid.ghosts as f64;
+            let number = |n: usize| f64::from(n as u32);
+            let x = (centre[a] + out * arm[a]) / grid.h[a] - 0.5 - number(grid.start[a])
+                + number(grid.ghosts);
             // Rounded down without a call of libm.
-            let cell = (x.max(0.0) as usize).saturating_sub(1).min(grid.stored[a] - 4);
-            place[a] = x - cell as f64 - 1.0;
-            first += (cell * grid.stride[a]) as u32;
+            let cell = (x as i32 - 1).clamp(0, grid.stored[a] as i32 - 4);
+            place[a] = x - f64::from(cell) - 1.0;
+            first += cell as u32 * grid.stride[a] as u32;
         }
         ImagePoint { first, place, share, out }
     }
@@ -52,27 +54,21 @@ impl<const D: usize> ImagePoint<D> {
     pub fn velocity(&self, grid: &Grid<D>, u: &VectorField<D>) -> Vector3<f64> {
         // Found anew each time: reading them from memory takes longer.
         let weights = self.place.map(weights);
-        let (first, planes) = (self.first as usize, if D == 3 { 4 } else { 1 });
-        // The components side by side: one waits less for the sums of another.
-        let mut columns = [[0.0; 4]; D];
-        for k in 0..planes {
-            let (plane, wk) = if D == 3 {
-                (first + k * grid.stride[D - 1], weights[D - 1][k])
-            } else {
-                (first, 1.0)
-            };
-            for j in 0..4 {
-                let row = plane + j * grid.stride[1];
-                let wj = wk * weights[1][j];
-                for (columns, field) in columns.iter_mut().zip(u) {
-                    for (column, q) in columns.iter_mut().zip(&field[row..row + 4]) {
+        let mut sum = Vector3::zeros();
+        for (sum, field) in sum.iter_mut().zip(u) {
+            let mut columns = [0.0; 4];
+            for k in 0..if D == 3 { 4 } else { 1 } {
+                let (plane, wk) =
+                    if D == 3 { (k * grid.stride[D - 1], weights[D - 1][k]) } else { (0, 1.0) };
+                // One range for the whole plane, so that its rows stay in registers.
+                let plane = &field[self.first as usize + plane..][..3 * grid.stride[1] + 4];
+                for j in 0..4 {
+                    let (row, wj) = (&plane[j * grid.stride[1]..][..4], wk * weights[1][j]);
+                    for (column, q) in columns.iter_mut().zip(row) {
                         *column += wj * q;
                     }
                 }
             }
-        }
-        let mut sum = Vector3::zeros();
-        for (sum, columns) in sum.iter_mut().zip(&columns) {
             *sum = columns.iter().zip(&weights[0]).map(|(c, w)| c * w).sum();
         }
         sum

@@ -28,7 +28,6 @@
 use super::gap::{Other, Shares, Surroundings, smooth_step};
 use super::image_point::ImagePoint;
 use super::profile;
-use crate::geometry::Shape;
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
 use nalgebra::Vector3;
@@ -63,6 +62,8 @@ pub struct Cubic {
     pub part: f64,
     /// The cubic, by that part.
     pub cubic: Stencil,
+    /// Velocity that it adds to the cell's own profile, as last found (m/s).
+    pub added: Vector3<f64>,
 }
 
 /// The line along the surface's normal through a point, which has its image points at `from + out
@@ -89,11 +90,12 @@ pub struct Normal {
 
 impl Normal {
     /// Through the point at `arm` (m), at the distance `s` (m) from the surface. That of a round
-    /// body comes from its centre, so that a rigid motion is the same multiple of the arm's
-    /// everywhere on it.
-    pub fn new(shape: &dyn Shape, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
-        if shape.is_round() {
-            let (line, radius) = (Line { from: Vector3::zeros(), along: *arm }, shape.radius());
+    /// body, of this radius (m), comes from its centre, so that a rigid motion is the same multiple
+    /// of the arm's everywhere on it.
+    #[inline]
+    pub fn new(round: Option<f64>, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
+        if let Some(radius) = round {
+            let line = Line { from: Vector3::zeros(), along: *arm };
             return Normal {
                 line,
                 central: true,
@@ -114,6 +116,7 @@ impl Normal {
         }
     }
 
+    #[inline]
     fn out(&self, distance: f64) -> f64 {
         (self.wall + distance) / self.length
     }
@@ -173,12 +176,11 @@ impl<const D: usize> Stencils<D> {
         // the two.
         let mirrored = |width: f64| (s / width).max(-1.0);
         let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
-        let [first, second] =
-            profile::parabola(s / h, first_point).map(|factor| share.full * factor);
+        let [first, second] = around.parabola.factors(s / h).map(|factor| share.full * factor);
         let at = if share.full > 0.0 { d1 } else { near };
         let image_points = [(at, first + linear), (d2, second)];
         let across = share.across * mirrored(gap.width.max(0.5 * h));
-        self.stencil(around.grid, image, normal, &image_points, across, gap.other)
+        self.stencil(around.grid, image, normal, image_points, across, gap.other)
     }
 
     /// The cubic extrapolation at the signed distance `s` (m) along a normal, for the cell inside
@@ -205,12 +207,12 @@ impl<const D: usize> Stencils<D> {
         let factors = profile::cubic(s, places)?;
         let image_points: [_; 3] =
             std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
-        let cubic = self.stencil(around.grid, image, normal, &image_points, 0.0, Other::Nothing);
-        Some(Cubic { place: place as u32, part, cubic })
+        let cubic = self.stencil(around.grid, image, normal, image_points, 0.0, Other::Nothing);
+        Some(Cubic { place: place as u32, part, cubic, added: Vector3::zeros() })
     }
 
     /// The straight profile across a gap, outside at the distance `s` (m) from the surface, and its
-    /// weight.
+    /// weight; of nothing where it has none.
     pub fn profile_across(
         &mut self,
         around: &Surroundings<D>,
@@ -219,10 +221,13 @@ impl<const D: usize> Stencils<D> {
         s: f64,
     ) -> (Stencil, f64) {
         let gap = around.gap(image, &normal.foot, &normal.n);
-        let across = s / gap.width.max(0.5 * around.h).max(s);
-        let stencil = self.stencil(around.grid, image, normal, &[], across, gap.other);
         let (share, kept) = around.flow(gap.width);
-        (stencil, share * (1.0 - kept))
+        let weight = share * (1.0 - kept);
+        if weight == 0.0 {
+            return (Stencil::STILL, weight);
+        }
+        let across = s / gap.width.max(0.5 * around.h).max(s);
+        (self.stencil(around.grid, image, normal, [], across, gap.other), weight)
     }
 
     /// The slope of the velocity along the outward normal through a point of the surface (1/s).
@@ -237,29 +242,28 @@ impl<const D: usize> Stencils<D> {
         let share = Shares::of(gap.width / h, around.numerics);
         let distance = around.numerics.slope_image_point;
         let (e, near) = (distance * h, h.min(0.5 * gap.width));
-        let slope =
-            if around.cubic { profile::slope_of_means(distance) } else { profile::slope(distance) };
-        let [one, two, three] = slope.map(|factor| share.full * factor / h);
+        let [one, two, three] = around.slope.map(|factor| share.full * factor / h);
         let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
         let image_points = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
         let across = share.across / gap.width.max(0.5 * h);
-        self.stencil(around.grid, image, normal, &image_points, across, gap.other)
+        self.stencil(around.grid, image, normal, image_points, across, gap.other)
     }
 
     /// A stencil along a normal: the distances of its image points from the surface (m) with their
     /// shares, and the share of what lies across the gap.
-    fn stencil(
+    #[inline]
+    fn stencil<const N: usize>(
         &mut self,
         grid: &Grid<D>,
         image: &Vector3<f64>,
         normal: &Normal,
-        image_points: &[(f64, f64)],
+        image_points: [(f64, f64); N],
         across: f64,
         other: Other,
     ) -> Stencil {
         let (start, Line { from, along }) = (self.image_points.len() as u32, normal.line);
         let from = image + from;
-        for &(d, share) in image_points.iter().filter(|(_, share)| *share != 0.0) {
+        for (d, share) in image_points.into_iter().filter(|(_, share)| *share != 0.0) {
             self.image_points.push(ImagePoint::new(grid, &from, &along, normal.out(d), share));
         }
         let mut stencil =
