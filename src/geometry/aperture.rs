@@ -29,6 +29,9 @@ pub struct Cut {
     pub face: u32,
     /// Whether the cell above it is this rank's.
     pub owned: bool,
+    /// Whether it is the first of those that bodies cover of the face, or the only one, so far as
+    /// is known.
+    pub first: bool,
 }
 
 /// Where the covered and the open part of such a face lie, by the axes in use.
@@ -79,6 +82,7 @@ impl<const D: usize> Cuts<D> {
     }
 
     /// The faces, with where their parts lie.
+    #[inline]
     pub fn with_centroids(&self) -> impl Iterator<Item = (&Cut, &FaceCentroids<D>)> {
         self.cuts.iter().zip(&self.centroids)
     }
@@ -169,7 +173,8 @@ fn find<const D: usize>(
                 .map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a])
                 .sum::<usize>() as u32;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
-            let cut = Cut { solid_fraction: covered, face, owned: grid.number_of(at).is_some() };
+            let owned = grid.number_of(at).is_some();
+            let cut = Cut { solid_fraction: covered, face, owned, first: true };
             cuts.push(cut, FaceCentroids { lever: std::array::from_fn(|a| filled.lever[a]), open });
             arms.push(filled.middle);
         });

@@ -31,14 +31,12 @@ impl<const D: usize> CutBodies<D> {
             (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
         let total = &mut self.total;
         for (axis, beta) in self.beta.field(grid).iter_mut().enumerate() {
-            for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
+            for cut in self.bodies.iter_mut().flat_map(|body| body.cuts[axis].iter_mut()) {
                 let face = cut.face as usize;
+                cut.first = total[face] == 0.0;
                 // The largest part, until all are known.
-                beta[face] = if total[face] == 0.0 {
-                    cut.solid_fraction
-                } else {
-                    beta[face].max(cut.solid_fraction)
-                };
+                beta[face] =
+                    if cut.first { cut.solid_fraction } else { beta[face].max(cut.solid_fraction) };
                 total[face] += cut.solid_fraction;
             }
             let covered = |face: usize, total: f64, most: f64, at_boundary: bool| {

@@ -58,8 +58,6 @@ pub struct GhostCell {
 /// A cell that a body touches and is nearest to, alone or with others.
 #[derive(Clone, Debug)]
 pub struct OwnCell<const D: usize> {
-    /// From the body's centre (m).
-    pub arm: Vector3<f64>,
     /// How far the body speaks for the surface there: wholly where no other body is about as near.
     pub ownership: f64,
     /// Acceleration that its cut faces add to the mean acceleration of its faces (m/s2), as last
@@ -106,8 +104,10 @@ pub struct CutBody<const D: usize> {
     pub at_boundary: bool,
     /// Cells that it touches, with its fraction of them.
     pub solid: Vec<Overlap>,
-    /// Those of the cells that it touches to which no other body is nearer.
+    /// Those of the cells that it touches to which no other body is nearer, and how far they are
+    /// from its centre (m).
     pub own_cells: Vec<OwnCell<D>>,
+    pub own_arms: Vec<Vector3<f64>>,
     /// Those that it shares with others.
     pub shared_own_cells: Vec<SharedCell>,
     /// Cells whose velocity it sets.
@@ -146,6 +146,7 @@ impl<const D: usize> CutBody<D> {
             at_boundary: false,
             solid: Vec::with_capacity(cells(0.0)),
             own_cells: Vec::with_capacity(cells(0.0)),
+            own_arms: Vec::with_capacity(cells(0.0)),
             shared_own_cells: Vec::with_capacity(cells(0.0) / FEW),
             ghost_cells: Vec::with_capacity(ghosts),
             targets: Vec::with_capacity(ghosts),
@@ -167,6 +168,7 @@ impl<const D: usize> CutBody<D> {
             at_boundary: false,
             solid: Vec::new(),
             own_cells: Vec::new(),
+            own_arms: Vec::new(),
             shared_own_cells: Vec::new(),
             ghost_cells: Vec::new(),
             targets: Vec::new(),
@@ -297,7 +299,8 @@ impl<const D: usize> CutBody<D> {
             self.shared_own_cells.push(next);
         }
         let (ownership, cell, cut_change) = (owned, cell as u32, [0.0; D]);
-        self.own_cells.push(OwnCell { arm, ownership, cut_change, cell });
+        self.own_cells.push(OwnCell { ownership, cut_change, cell });
+        self.own_arms.push(arm);
     }
 
     /// Adds the ghost cell at the distance `s` (m) from the surface, with the profile that it
@@ -354,6 +357,7 @@ impl<const D: usize> CutBody<D> {
 
     fn clear(&mut self) {
         self.own_cells.clear();
+        self.own_arms.clear();
         self.shared_own_cells.clear();
         self.ghost_cells.clear();
         self.shared_ghost_cells.clear();
