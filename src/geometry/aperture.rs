@@ -71,9 +71,24 @@ impl<const D: usize> Cuts<D> {
         self.cuts.capacity()
     }
 
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.cuts.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.cuts.is_empty()
+    }
+
     /// The faces.
     pub fn iter(&self) -> std::slice::Iter<'_, Cut> {
         self.cuts.iter()
+    }
+
+    /// The faces, so many at a time.
+    pub fn chunks(&self, n: usize) -> std::slice::Chunks<'_, Cut> {
+        self.cuts.chunks(n)
     }
 
     /// The faces, to change how far they are covered.

@@ -5,7 +5,7 @@
 use super::PROFILE_DEPTH;
 use super::gap::{self, Surroundings};
 use super::shared_cell::SharedCell;
-use super::stencil::{Cubic, Normal, Stencil, Stencils};
+use super::stencil::{Cubic, Image, Normal, Stencil, Stencils};
 use crate::geometry::{
     Block, Cut, Cuts, FaceCentroids, Orientation, Overlap, Placed, Shape, SurfacePoint, Tiles,
     aperture, fraction, images,
@@ -239,6 +239,7 @@ impl<const D: usize> CutBody<D> {
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
+        self.stencils.begin(grid, &body.centre);
         self.find_cells(around, k, before, &extent, tight);
         if tight > 0.0 {
             self.find_gaps(around, k, arms);
@@ -260,10 +261,11 @@ impl<const D: usize> CutBody<D> {
         let (shape, mut touched_cells, round) = (body.shape(), 0, around.round);
         // No round body has left a cell that is further off than it went.
         let way = round.map_or(f64::INFINITY, |radius| before.way.norm() + 1e-9 * radius);
-        for image in images(grid, &body.centre) {
-            for at in Block::owned(grid, &image, extent) {
+        for centre in images(grid, &body.centre) {
+            let image = self.stencils.image(grid, centre);
+            for at in Block::owned(grid, &centre, extent) {
                 let arm = Vector3::from_fn(|a, _| {
-                    if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
+                    if a < D { (at[a] as f64 + 0.5) * grid.h[a] - centre[a] } else { 0.0 }
                 });
                 let s = around.distance(shape, orientation, &arm);
                 let cleared = s > 0.0
@@ -310,7 +312,7 @@ impl<const D: usize> CutBody<D> {
         &mut self,
         around: &Surroundings<D>,
         k: usize,
-        image: &Vector3<f64>,
+        image: &Image,
         arm: &Vector3<f64>,
         (s, cleared): (f64, bool),
         owned: f64,
@@ -361,7 +363,6 @@ impl<const D: usize> CutBody<D> {
         self.shared_own_cells.clear();
         self.ghost_cells.clear();
         self.shared_ghost_cells.clear();
-        self.stencils.clear();
         self.cubic.clear();
         self.gaps.iter_mut().for_each(Vec::clear);
     }
@@ -371,11 +372,15 @@ impl<const D: usize> CutBody<D> {
         self.points.clear();
         let (grid, body) = (around.grid, &around.bodies[k]);
         let bounds = body.shape().bounds(&around.orientation);
-        let inside = Block::is_inside(grid, &body.centre, &bounds).then_some(body.centre);
+        let inside = Block::is_inside(grid, &body.centre, &bounds)
+            .then(|| self.stencils.image(grid, body.centre));
         for i in 0..self.quadrature_points.len() {
             let SurfacePoint { place, normal, area } = self.quadrature_points[i];
             let arm = around.orientation * place;
-            let image = || images(grid, &body.centre).find(|image| grid.owns(&(image + arm)));
+            let image = || {
+                let centre = images(grid, &body.centre).find(|image| grid.owns(&(image + arm)))?;
+                Some(self.stencils.image(grid, centre))
+            };
             let Some(image) = inside.or_else(image) else { continue };
             let normal = Normal::new(around.round, &arm, 0.0, around.orientation * normal);
             let slope = self.stencils.slope(around, &image, &normal);
