@@ -50,19 +50,26 @@ impl Lines {
         Lines { at: room(), root: room(), below: room() }
     }
 
-    /// Those at these places (m), for a circle of the radius `r` (m).
+    /// Those at these places (m), for a circle of the radius `r` (m), the last one once more up to
+    /// a whole number of vectors.
     pub fn set(&mut self, places: &[f64], r: f64) {
         let Lines { at, root, below } = self;
-        at.clear();
-        at.extend_from_slice(places);
-        root.clear();
-        below.clear();
+        [&mut *at, root, below].into_iter().for_each(Vec::clear);
         for line in places.iter().map(|at| Line::new(*at, r)) {
+            at.push(line.at);
             root.push(line.root);
             below.push(line.below);
         }
+        let whole = at.len().next_multiple_of(VECTOR);
+        for values in [at, root, below] {
+            let last = values.last().copied().unwrap_or(0.0);
+            values.resize(whole, last);
+        }
     }
 }
+
+/// Numbers of a vector.
+const VECTOR: usize = 4;
 
 /// Areas (m2) and integrals of both coordinates (m3) over many regions, by number.
 #[derive(Clone, Debug, Default)]
@@ -93,9 +100,11 @@ impl Parts {
     #[inline(always)]
     pub fn set_below(&mut self, x: &Lines, y: &Line, r: f64) {
         let (n, square, whole) = (x.at.len(), r * r, PI * r * r);
-        let [area, x_moment, y_moment] = self.resize(n);
+        let [area, x_moment, y_moment] = self.resize(n + 1);
         let (at, root, below) = (&x.at[..n], &x.root[..n], &x.below[..n]);
         let (above, y_square) = (y.at >= 0.0, y.at * y.at);
+        let (area, x_moment) = (&mut area[..n], &mut x_moment[..n]);
+        let y_moment = &mut y_moment[..n];
         for i in 0..n {
             let (x, line, right) = (at[i], below[i], at[i] >= 0.0);
             let within = 0.5 * (line + y.below) + x * y.at - 0.25 * whole;
@@ -108,7 +117,7 @@ impl Parts {
     }
 
     /// What it has of the rectangles between neighbouring lines in x and two in y, by what is below
-    /// these.
+    /// these; up to a whole number of vectors.
     #[inline(always)]
     pub fn set_between(&mut self, low: &Parts, high: &Parts) {
         let n = low.area.len().saturating_sub(1);
@@ -177,6 +186,23 @@ pub fn lever(axis: usize, middle: &Vector3<f64>, lines: [[&Line; 2]; 2], r: f64)
         lever[(axis + 2) % 3] = filled.moment[1] / whole;
     }
     lever
+}
+
+/// The same of a face in 2D, of half edges `half` (m), with half the chord `c` (m) in its plane:
+/// covered part times the arm to its centroid (m).
+pub fn chord_lever(
+    axis: usize,
+    middle: &Vector3<f64>,
+    half: &Vector3<f64>,
+    c: f64,
+) -> Vector3<f64> {
+    let a = 1 - axis;
+    let (low, high) = ((middle[a] - half[a]).max(-c), (middle[a] + half[a]).min(c));
+    let mut centroid = *middle;
+    if high > low {
+        centroid[a] = 0.5 * (low + high);
+    }
+    (high - low).max(0.0) / (2.0 * half[a]) * centroid
 }
 
 /// Part of a face below which, as above one less it, the covered one's centroid is the face's own.

@@ -52,6 +52,16 @@ pub struct Filled {
     pub lever: Vector3<f64>,
 }
 
+impl Filled {
+    /// Goes to the box of this number along an axis.
+    #[inline]
+    fn set(&mut self, planes: &[Vec<f64>; 3], axis: usize, at: usize) {
+        let (low, high) = (planes[axis][at], planes[axis][at + 1]);
+        self.at[axis] = at;
+        (self.middle[axis], self.half[axis]) = (0.5 * (low + high), 0.5 * (high - low));
+    }
+}
+
 impl Tiles {
     /// Room for so many planes along an axis.
     pub fn new(most: usize) -> Tiles {
@@ -175,12 +185,16 @@ impl Tiles {
     }
 
     /// The boxes that a disc of the given radius (m) reaches, with moments.
-    pub fn of_disc(&mut self, radius: f64, mut found: impl FnMut(Filled)) {
-        let Tiles { planes, squares, across, parts: [low, high, between], .. } = self;
+    pub fn of_disc(&mut self, radius: f64, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
+        if let Some(axis) = faces {
+            self.find_radii(radius, axis);
+        }
+        let Tiles { planes, squares, across, parts: [low, high, between], circles, .. } = self;
         let line = |at: f64| Line::new(at, radius);
         across.set(&planes[0], radius);
         high.set_below(across, &line(planes[1][0]), radius);
         let (square, z) = (radius * radius, squares[2][0]);
+        let mut one = Tiles::empty(planes, [0; 3]);
         for (j, y) in squares[1].iter().enumerate() {
             let [near, far] = [y[0] + z[0], y[1] + z[1]];
             std::mem::swap(low, high);
@@ -192,11 +206,12 @@ impl Tiles {
                     between.set_between(low, high);
                 },
             );
+            one.set(planes, 1, j);
             for (i, x) in squares[0].iter().enumerate() {
-                if near >= square || x[0] + near >= square {
+                if x[0] + near >= square {
                     continue;
                 }
-                let mut one = Tiles::empty(planes, [i, j, 0]);
+                one.set(planes, 0, i);
                 (one.part, one.moment) = (1.0, one.middle);
                 if x[1] + far > square {
                     let area = 4.0 * one.half.x * one.half.y;
@@ -204,7 +219,11 @@ impl Tiles {
                     one.part = between.area[i] / area;
                     one.moment = Vector3::new(x, y, 0.0) / area;
                 }
-                found(one);
+                if let Some(axis) = faces {
+                    let c = circles[one.at[axis]];
+                    one.lever = circle::chord_lever(axis, &one.middle, &one.half, c);
+                }
+                found(&one);
             }
         }
     }
@@ -265,13 +284,20 @@ impl Tiles {
         });
     }
 
-    /// The circles of a sphere of the given radius (m) in the planes of faces, and the lines across
-    /// them.
-    fn find_circles(&mut self, radius: f64, axis: usize) {
-        let Tiles { planes, circles, lines, .. } = self;
+    /// Radii of the circles, or half the chords, of a round body of the given radius (m) in the
+    /// planes of faces (m).
+    fn find_radii(&mut self, radius: f64, axis: usize) {
+        let Tiles { planes, circles, .. } = self;
         let middle = |ends: &[f64]| 0.5 * (ends[0] + ends[1]);
         circles.clear();
         circles.extend(planes[axis].windows(2).map(|ends| circle::radius(radius, middle(ends))));
+    }
+
+    /// The circles of a sphere of the given radius (m) in the planes of faces, and the lines across
+    /// them.
+    fn find_circles(&mut self, radius: f64, axis: usize) {
+        self.find_radii(radius, axis);
+        let Tiles { planes, circles, lines, .. } = self;
         for (n, lines) in lines.iter_mut().enumerate() {
             let across = &planes[(axis + 1 + n) % 3];
             lines.clear();
