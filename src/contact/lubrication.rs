@@ -92,12 +92,12 @@ impl Medium {
         let lubrication = touching_gap(numerics, reduced);
         let (low, high) = if g0 <= 0.0 { (lubrication, lubrication) } else { (low, high) };
         let middle = (low * high).sqrt();
-        let (half, power) = match dimension {
-            2 => (numerics.half_gap_2d, 2.0),
-            _ => (numerics.half_gap_3d, 4.0 / 3.0),
-        };
         let (x, far) = (middle / self.spacing, middle / self.range(numerics));
-        let phi = (1.0 - far * far) / (1.0 + (x / half).powf(power));
+        let fades = match dimension {
+            2 => (x / numerics.half_gap_2d).powi(2),
+            _ => (x / numerics.half_gap_3d).powf(4.0 / 3.0),
+        };
+        let phi = (1.0 - far * far) / (1.0 + fades);
         if phi <= 0.0 {
             return 0.0;
         }
@@ -108,11 +108,11 @@ impl Medium {
             2 => {
                 // Of g^(-3/2).
                 let mean = if narrow {
-                    middle.powf(-1.5)
+                    1.0 / (middle * middle.sqrt())
                 } else {
                     2.0 / (middle * (low.sqrt() + high.sqrt()))
                 };
-                3.0 * PI * 2.0f64.sqrt() * a.powf(1.5) * mean
+                3.0 * PI * 2.0f64.sqrt() * a * a.sqrt() * mean
             }
             _ => {
                 let mean = if narrow { 1.0 / middle } else { (high / low).ln() / (high - low) };
@@ -138,7 +138,7 @@ impl Medium {
         let beyond = |spacings: f64| {
             let far = near.hypot(spacings * self.spacing);
             match dimension {
-                2 => PI * (2.0 * a).sqrt() * (near.powf(-0.5) - far.powf(-0.5)),
+                2 => PI * (2.0 * a).sqrt() * (1.0 / near.sqrt() - 1.0 / far.sqrt()),
                 _ => 2.0 * PI * a * (far / near).ln(),
             }
         };

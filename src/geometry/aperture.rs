@@ -29,6 +29,9 @@ pub struct Cut {
     pub face: u32,
     /// Whether the cell above it is this rank's.
     pub owned: bool,
+    /// Whether it is the first of those that bodies cover of the face, or the only one, so far as
+    /// is known.
+    pub first: bool,
 }
 
 /// Where the covered and the open part of such a face lie, by the axes in use.
@@ -68,9 +71,24 @@ impl<const D: usize> Cuts<D> {
         self.cuts.capacity()
     }
 
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.cuts.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.cuts.is_empty()
+    }
+
     /// The faces.
     pub fn iter(&self) -> std::slice::Iter<'_, Cut> {
         self.cuts.iter()
+    }
+
+    /// The faces, so many at a time.
+    pub fn chunks(&self, n: usize) -> std::slice::Chunks<'_, Cut> {
+        self.cuts.chunks(n)
     }
 
     /// The faces, to change how far they are covered.
@@ -79,6 +97,7 @@ impl<const D: usize> Cuts<D> {
     }
 
     /// The faces, with where their parts lie.
+    #[inline]
     pub fn with_centroids(&self) -> impl Iterator<Item = (&Cut, &FaceCentroids<D>)> {
         self.cuts.iter().zip(&self.centroids)
     }
@@ -158,18 +177,20 @@ fn find<const D: usize>(
             (n as f64 - if a == axis { 0.5 } else { 0.0 }) * grid.h[a] - image[a]
         };
         let Some(first) = tiles.set(&Block::between(low, high, from, to), place) else { continue };
+        // The first one's index, and how many follow along the axis whose cells are this rank's.
+        let further = |a: usize| if a == axis { on } else { 0 };
+        let index = |a: usize| first[a] + further(a) + grid.ghosts - grid.start[a];
+        let begin = (0..D).map(|a| index(a) * grid.stride[a]).sum::<usize>();
+        let owned = (grid.start[axis] + grid.local[axis]).saturating_sub(first[axis] + on);
         shape.tile(orientation, tiles, Some(axis), &mut |filled| {
             let (covered, open) = covered_part::<D>(filled);
             if covered < LEAST {
                 return;
             }
-            let mut at: [usize; D] = std::array::from_fn(|a| first[a] + filled.at[a]);
-            at[axis] += on;
-            let face = (0..D)
-                .map(|a| (at[a] - grid.start[a] + grid.ghosts) * grid.stride[a])
-                .sum::<usize>() as u32;
+            let face = begin + (0..D).map(|a| filled.at[a] * grid.stride[a]).sum::<usize>();
+            let (face, owned) = (face as u32, filled.at[axis] < owned);
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
-            let cut = Cut { solid_fraction: covered, face, owned: grid.number_of(at).is_some() };
+            let cut = Cut { solid_fraction: covered, face, owned, first: true };
             cuts.push(cut, FaceCentroids { lever: std::array::from_fn(|a| filled.lever[a]), open });
             arms.push(filled.middle);
         });

@@ -47,6 +47,17 @@ impl<const D: usize> Block<D> {
         self.next.map(|_| (self.first, self.last))
     }
 
+    /// Whether all within so far (m) of a centre (m) along each axis is this rank's beyond doubt,
+    /// without images.
+    pub fn is_inside(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> bool {
+        (0..D).all(|a| {
+            let (low, high) = (grid.start[a] as f64, (grid.start[a] + grid.local[a]) as f64);
+            let (place, extent) = (centre[a] / grid.h[a], bounds[a] / grid.h[a] + 1e-6);
+            (!grid.periodic[a] && grid.local[a] == grid.cells[a])
+                || (place - extent > low && place + extent < high)
+        })
+    }
+
     /// The owned cells within so far (m) of a centre (m) along each axis.
     pub fn owned(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> Block<D> {
         let cell = |a: usize, x: f64| (x / grid.h[a]).floor();

@@ -35,6 +35,110 @@ impl Line {
     }
 }
 
+/// Lines across the circle along one axis, by number.
+#[derive(Clone, Debug, Default)]
+pub struct Lines {
+    at: Vec<f64>,
+    root: Vec<f64>,
+    below: Vec<f64>,
+}
+
+impl Lines {
+    /// Room for so many.
+    pub fn with_capacity(n: usize) -> Lines {
+        let room = || Vec::with_capacity(n);
+        Lines { at: room(), root: room(), below: room() }
+    }
+
+    /// Those at these places (m), for a circle of the radius `r` (m), the last one once more up to
+    /// a whole number of vectors.
+    pub fn set(&mut self, places: &[f64], r: f64) {
+        let Lines { at, root, below } = self;
+        [&mut *at, root, below].into_iter().for_each(Vec::clear);
+        for line in places.iter().map(|at| Line::new(*at, r)) {
+            at.push(line.at);
+            root.push(line.root);
+            below.push(line.below);
+        }
+        let whole = at.len().next_multiple_of(VECTOR);
+        for values in [at, root, below] {
+            let last = values.last().copied().unwrap_or(0.0);
+            values.resize(whole, last);
+        }
+    }
+}
+
+/// Numbers of a vector.
+const VECTOR: usize = 4;
+
+/// Areas (m2) and integrals of both coordinates (m3) over many regions, by number.
+#[derive(Clone, Debug, Default)]
+pub struct Parts {
+    /// Area of each.
+    pub area: Vec<f64>,
+    /// Integrals of x and y over each.
+    pub moment: [Vec<f64>; 2],
+}
+
+impl Parts {
+    /// Room for so many.
+    pub fn with_capacity(n: usize) -> Parts {
+        let room = || Vec::with_capacity(n);
+        Parts { area: room(), moment: [room(), room()] }
+    }
+
+    fn resize(&mut self, n: usize) -> [&mut [f64]; 3] {
+        let [x, y] = &mut self.moment;
+        [&mut self.area, x, y].map(|values| {
+            values.resize(n, 0.0);
+            &mut values[..]
+        })
+    }
+
+    /// What the disc of the radius `r` (m) has below each of the lines in x and one in y: the
+    /// quadrants of [`rectangle`], with no branch.
+    #[inline(always)]
+    pub fn set_below(&mut self, x: &Lines, y: &Line, r: f64) {
+        let (n, square, whole) = (x.at.len(), r * r, PI * r * r);
+        let [area, x_moment, y_moment] = self.resize(n + 1);
+        let (at, root, below) = (&x.at[..n], &x.root[..n], &x.below[..n]);
+        let (above, y_square) = (y.at >= 0.0, y.at * y.at);
+        let (area, x_moment) = (&mut area[..n], &mut x_moment[..n]);
+        let y_moment = &mut y_moment[..n];
+        for i in 0..n {
+            let (x, line, right) = (at[i], below[i], at[i] >= 0.0);
+            let within = 0.5 * (line + y.below) + x * y.at - 0.25 * whole;
+            let sum = if above { line } else { 0.0 } + if right { y.below } else { 0.0 };
+            let outside = sum - if above && right { whole } else { 0.0 };
+            area[i] = if x * x + y_square < square { within } else { outside };
+            x_moment[i] = moment_within(root[i], y.at);
+            y_moment[i] = moment_within(y.root, x);
+        }
+    }
+
+    /// What it has of the rectangles between neighbouring lines in x and two in y, by what is below
+    /// these; up to a whole number of vectors.
+    #[inline(always)]
+    pub fn set_between(&mut self, low: &Parts, high: &Parts) {
+        let n = low.area.len().saturating_sub(1);
+        let [area, x, y] = self.resize(n);
+        between(&low.area, &high.area, area);
+        area.iter_mut().for_each(|area| *area = if *area > 0.0 { *area } else { 0.0 });
+        between(&low.moment[0], &high.moment[0], x);
+        between(&low.moment[1], &high.moment[1], y);
+    }
+}
+
+#[inline(always)]
+fn between(low: &[f64], high: &[f64], out: &mut [f64]) {
+    let n = out.len();
+    let (low, next_low) = (&low[..n], &low[1..n + 1]);
+    let (high, next_high) = (&high[..n], &high[1..n + 1]);
+    for i in 0..n {
+        out[i] = next_high[i] - high[i] - next_low[i] + low[i];
+    }
+}
+
 /// What a disc fills of a region.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Part {
@@ -84,6 +188,23 @@ pub fn lever(axis: usize, middle: &Vector3<f64>, lines: [[&Line; 2]; 2], r: f64)
     lever
 }
 
+/// The same of a face in 2D, of half edges `half` (m), with half the chord `c` (m) in its plane:
+/// covered part times the arm to its centroid (m).
+pub fn chord_lever(
+    axis: usize,
+    middle: &Vector3<f64>,
+    half: &Vector3<f64>,
+    c: f64,
+) -> Vector3<f64> {
+    let a = 1 - axis;
+    let (low, high) = ((middle[a] - half[a]).max(-c), (middle[a] + half[a]).min(c));
+    let mut centroid = *middle;
+    if high > low {
+        centroid[a] = 0.5 * (low + high);
+    }
+    (high - low).max(0.0) / (2.0 * half[a]) * centroid
+}
+
 /// Part of a face below which, as above one less it, the covered one's centroid is the face's own.
 const LEAST: f64 = 1e-9;
 
@@ -102,8 +223,14 @@ fn quadrant(x: &Line, y: &Line, r: f64) -> f64 {
 
 /// Integral of X over that part.
 fn moment(x: &Line, y: &Line) -> f64 {
-    let a = x.root;
-    let t = y.at.clamp(-a, a);
+    moment_within(x.root, y.at)
+}
+
+/// The same of a line of the half chord `a` (m), below `y` (m).
+#[inline(always)]
+fn moment_within(a: f64, y: f64) -> f64 {
+    let t = if y < -a { -a } else { y };
+    let t = if t > a { a } else { t };
     0.5 * (-a * a * (t + a) + (t * t * t + a * a * a) / 3.0)
 }
 

@@ -83,17 +83,12 @@ impl Shape for Disc {
 
     fn tile(
         &self,
-        orientation: &Orientation,
+        _: &Orientation,
         tiles: &mut Tiles,
         faces: Option<usize>,
         found: &mut dyn FnMut(&Filled),
     ) {
-        tiles.of_disc(self.radius, |mut one| {
-            if let Some(axis) = faces {
-                one.lever = self.lever(orientation, axis, &one.middle, &one.half, &one.moment);
-            }
-            found(&one);
-        });
+        tiles.of_disc(self.radius, faces, found);
     }
 
     /// Of the chord that it covers of the face itself: the flux of a rotation through the faces of
@@ -106,14 +101,7 @@ impl Shape for Disc {
         half: &Vector3<f64>,
         _: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let c = (self.radius * self.radius - middle[axis] * middle[axis]).max(0.0).sqrt();
-        let a = 1 - axis;
-        let (low, high) = ((middle[a] - half[a]).max(-c), (middle[a] + half[a]).min(c));
-        let mut centroid = *middle;
-        if high > low {
-            centroid[a] = 0.5 * (low + high);
-        }
-        (high - low).max(0.0) / (2.0 * half[a]) * centroid
+        circle::chord_lever(axis, middle, half, circle::radius(self.radius, middle[axis]))
     }
 
     /// That through the corners inside and the crossings of circle and edges.

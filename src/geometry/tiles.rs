@@ -6,9 +6,10 @@
 //! ```
 
 use super::block::Block;
-use super::circle::{self, Line};
+use super::circle::{self, Line, Lines, Parts};
 use super::octant::{Corner, Pair, Plane, between};
 use super::{Orientation, Shape};
+use crate::grid::simd;
 use nalgebra::Vector3;
 
 /// The planes of a lattice, from a body's centre, and room for what is found on the way.
@@ -28,6 +29,10 @@ pub struct Tiles {
     /// of the next two axes across it.
     circles: Vec<f64>,
     lines: [Vec<Line>; 2],
+    /// Of a disc the lines in x, what it has below them and a line in y, and below the next one,
+    /// and what it has between.
+    across: Lines,
+    parts: [Parts; 3],
 }
 
 /// What a body fills of a box.
@@ -47,6 +52,16 @@ pub struct Filled {
     pub lever: Vector3<f64>,
 }
 
+impl Filled {
+    /// Goes to the box of this number along an axis.
+    #[inline]
+    fn set(&mut self, planes: &[Vec<f64>; 3], axis: usize, at: usize) {
+        let (low, high) = (planes[axis][at], planes[axis][at + 1]);
+        self.at[axis] = at;
+        (self.middle[axis], self.half[axis]) = (0.5 * (low + high), 0.5 * (high - low));
+    }
+}
+
 impl Tiles {
     /// Room for so many planes along an axis.
     pub fn new(most: usize) -> Tiles {
@@ -59,6 +74,8 @@ impl Tiles {
             corners: std::array::from_fn(|_| Vec::with_capacity(square)),
             circles: Vec::with_capacity(most),
             lines: std::array::from_fn(|_| Vec::with_capacity(square)),
+            across: Lines::with_capacity(most),
+            parts: std::array::from_fn(|_| Parts::with_capacity(most)),
         }
     }
 
@@ -168,23 +185,47 @@ impl Tiles {
     }
 
     /// The boxes that a disc of the given radius (m) reaches, with moments.
-    pub fn of_disc(&mut self, radius: f64, mut found: impl FnMut(Filled)) {
-        let Tiles { planes, squares, lines, .. } = self;
-        for (lines, planes) in lines.iter_mut().zip(&*planes) {
-            lines.clear();
-            lines.extend(planes.iter().map(|at| Line::new(*at, radius)));
+    pub fn of_disc(&mut self, radius: f64, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
+        if let Some(axis) = faces {
+            self.find_radii(radius, axis);
         }
-        Tiles::for_reached(planes, squares, radius, |mut one, whole| {
-            (one.part, one.moment) = (1.0, one.middle);
-            if !whole {
-                let [x, y] = [0, 1].map(|a| [&lines[a][one.at[a]], &lines[a][one.at[a] + 1]]);
-                let (filled, area) =
-                    (circle::rectangle(x, y, radius), 4.0 * one.half.x * one.half.y);
-                one.part = filled.area / area;
-                one.moment = Vector3::new(filled.moment[0], filled.moment[1], 0.0) / area;
+        let Tiles { planes, squares, across, parts: [low, high, between], circles, .. } = self;
+        let line = |at: f64| Line::new(at, radius);
+        across.set(&planes[0], radius);
+        high.set_below(across, &line(planes[1][0]), radius);
+        let (square, z) = (radius * radius, squares[2][0]);
+        let mut one = Tiles::empty(planes, [0; 3]);
+        for (j, y) in squares[1].iter().enumerate() {
+            let [near, far] = [y[0] + z[0], y[1] + z[1]];
+            std::mem::swap(low, high);
+            let next = line(planes[1][j + 1]);
+            simd(
+                #[inline(always)]
+                || {
+                    high.set_below(across, &next, radius);
+                    between.set_between(low, high);
+                },
+            );
+            one.set(planes, 1, j);
+            for (i, x) in squares[0].iter().enumerate() {
+                if x[0] + near >= square {
+                    continue;
+                }
+                one.set(planes, 0, i);
+                (one.part, one.moment) = (1.0, one.middle);
+                if x[1] + far > square {
+                    let area = 4.0 * one.half.x * one.half.y;
+                    let [x, y] = [&between.moment[0], &between.moment[1]].map(|m| m[i]);
+                    one.part = between.area[i] / area;
+                    one.moment = Vector3::new(x, y, 0.0) / area;
+                }
+                if let Some(axis) = faces {
+                    let c = circles[one.at[axis]];
+                    one.lever = circle::chord_lever(axis, &one.middle, &one.half, c);
+                }
+                found(&one);
             }
-            found(one);
-        });
+        }
     }
 
     /// The boxes that a sphere of the given radius (m) reaches, with moments.
@@ -203,7 +244,7 @@ impl Tiles {
                 second.iter().flat_map(|q| first.iter().map(move |p| Pair::new(p, q, radius))),
             );
         }
-        let Tiles { planes, squares, cuts, pairs, corners, circles, lines } = self;
+        let Tiles { planes, squares, cuts, pairs, corners, circles, lines, .. } = self;
         let [nx, ny, nz] = cuts.each_ref().map(Vec::len);
         for layer in corners.iter_mut() {
             layer.clear();
@@ -243,13 +284,20 @@ impl Tiles {
         });
     }
 
-    /// The circles of a sphere of the given radius (m) in the planes of faces, and the lines across
-    /// them.
-    fn find_circles(&mut self, radius: f64, axis: usize) {
-        let Tiles { planes, circles, lines, .. } = self;
+    /// Radii of the circles, or half the chords, of a round body of the given radius (m) in the
+    /// planes of faces (m).
+    fn find_radii(&mut self, radius: f64, axis: usize) {
+        let Tiles { planes, circles, .. } = self;
         let middle = |ends: &[f64]| 0.5 * (ends[0] + ends[1]);
         circles.clear();
         circles.extend(planes[axis].windows(2).map(|ends| circle::radius(radius, middle(ends))));
+    }
+
+    /// The circles of a sphere of the given radius (m) in the planes of faces, and the lines across
+    /// them.
+    fn find_circles(&mut self, radius: f64, axis: usize) {
+        self.find_radii(radius, axis);
+        let Tiles { planes, circles, lines, .. } = self;
         for (n, lines) in lines.iter_mut().enumerate() {
             let across = &planes[(axis + 1 + n) % 3];
             lines.clear();

@@ -10,7 +10,6 @@
 //! bodies of its density alike, so that they stay at rest relative to each other.
 
 use super::cut::CutBodies;
-use super::cut_body::OwnCell;
 use super::exchanged::ExchangedMomentum;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
@@ -68,17 +67,18 @@ impl<const D: usize> PressureAcceleration<D> {
     pub fn find_cut_changes(&self, domain: &Domain<D>, cut: &mut CutBodies<D>, bodies: &[Body]) {
         let (grid, density) = (&domain.grid, domain.fluid.density);
         let CutBodies { bodies: cut_bodies, beta, .. } = cut;
+        let beta = &*beta.field(grid);
         for (cut, body) in cut_bodies.iter_mut().zip(bodies) {
             let driven = felt(&self.driven, body);
-            for own in &mut cut.own_cells {
-                own.cut_change = std::array::from_fn(|axis| {
+            for (axis, (beta, a)) in beta.iter().zip(&self.faces).enumerate() {
+                for own in &mut cut.own_cells {
                     let (low, high) = (own.cell as usize, own.cell as usize + grid.stride[axis]);
-                    let [open_low, open_high] = [low, high].map(|f| beta.at(axis, f) * density);
-                    let [a_low, a_high] = [low, high].map(|f| self.faces[axis][f] - driven[axis]);
+                    let [open_low, open_high] = [low, high].map(|f| beta[f] * density);
+                    let [a_low, a_high] = [low, high].map(|f| a[f] - driven[axis]);
                     let open = (open_low * a_low + open_high * a_high)
                         / (1.0 + 0.5 * (open_low + open_high));
-                    own.ownership * (open - 0.5 * (a_low + a_high))
-                });
+                    own.cut_change[axis] = own.ownership * (open - 0.5 * (a_low + a_high));
+                }
             }
         }
     }
@@ -102,16 +102,15 @@ impl<const D: usize> CutBodies<D> {
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         for (k, body) in self.bodies.iter().enumerate() {
-            for OwnCell { arm, cut_change, cell, .. } in &body.own_cells {
-                for (field, cut_change) in u.iter_mut().zip(cut_change) {
-                    field[*cell as usize] += dt * cut_change;
+            for (axis, field) in u.iter_mut().enumerate() {
+                for own in &body.own_cells {
+                    field[own.cell as usize] += dt * own.cut_change[axis];
                 }
-                if let Some(exchanged) = &mut exchanged {
-                    let added =
-                        Vector3::from_fn(
-                            |a, _| if a < D { mass * (dt * cut_change[a]) } else { 0.0 },
-                        );
-                    exchanged[k].add(arm, &added);
+            }
+            if let Some(exchanged) = &mut exchanged {
+                for (own, arm) in body.own_cells.iter().zip(&body.own_arms) {
+                    let change = |a: usize| if a < D { own.cut_change[a] } else { 0.0 };
+                    exchanged[k].add(arm, &Vector3::from_fn(|a, _| mass * (dt * change(a))));
                 }
             }
         }

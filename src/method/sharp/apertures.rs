@@ -31,19 +31,18 @@ impl<const D: usize> CutBodies<D> {
             (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
         let total = &mut self.total;
         for (axis, beta) in self.beta.field(grid).iter_mut().enumerate() {
-            for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
+            for cut in self.bodies.iter_mut().flat_map(|body| body.cuts[axis].iter_mut()) {
                 let face = cut.face as usize;
+                cut.first = total[face] == 0.0;
                 // The largest part, until all are known.
-                beta[face] = if total[face] == 0.0 {
-                    cut.solid_fraction
-                } else {
-                    beta[face].max(cut.solid_fraction)
-                };
+                beta[face] =
+                    if cut.first { cut.solid_fraction } else { beta[face].max(cut.solid_fraction) };
                 total[face] += cut.solid_fraction;
             }
-            let covered = |face: usize, total: f64, most: f64| {
+            let covered = |face: usize, total: f64, most: f64, at_boundary: bool| {
                 let shared = (total - most).min(leak);
-                let least = if shared < leak
+                let least = if at_boundary
+                    && shared < leak
                     && total > 1.0 - leak
                     && beside_wall(grid, boundaries, axis, face)
                 {
@@ -53,23 +52,27 @@ impl<const D: usize> CutBodies<D> {
                 };
                 1.0 - (1.0 - total).max(least)
             };
+            self.shared_faces.clear();
             for body in &mut self.bodies {
                 for cut in body.cuts[axis].iter_mut() {
                     let (face, all) = (cut.face as usize, total[cut.face as usize]);
-                    let covered = covered(face, all, beta[face]);
+                    let alone = all == cut.solid_fraction;
+                    let covered = covered(face, all, beta[face], body.at_boundary);
                     // A body that rests keeps its cuts: what is in line already is left alone, to
                     // the last digit.
                     if all > covered * (1.0 + ROUNDING) {
                         cut.solid_fraction *= covered / all;
                     }
+                    if alone {
+                        (beta[face], total[face]) = (whole * (1.0 - covered), 0.0);
+                    } else {
+                        self.shared_faces.push((cut.face, covered));
+                    }
                 }
             }
-            for cut in self.bodies.iter().flat_map(|body| &body.cuts[axis]) {
-                let face = cut.face as usize;
-                if total[face] > 0.0 {
-                    beta[face] = whole * (1.0 - covered(face, total[face], beta[face]));
-                    total[face] = 0.0;
-                }
+            for (face, covered) in &self.shared_faces {
+                let face = *face as usize;
+                (beta[face], total[face]) = (whole * (1.0 - covered), 0.0);
             }
         }
     }

@@ -5,6 +5,7 @@ use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
 use super::near::NearBodies;
+use super::profile::{self, Parabola};
 use super::shared::SharedCells;
 use crate::domain::Domain;
 use crate::geometry::Tiles;
@@ -34,6 +35,8 @@ pub struct CutBodies<const D: usize> {
     arms: [Vec<Vector3<f64>>; D],
     /// Solid fraction of each face of an axis while apertures are set; zero otherwise.
     pub(super) total: Vec<f64>,
+    /// The faces among them that several bodies cover, and how far all together.
+    pub(super) shared_faces: Vec<(u32, f64)>,
     /// Of the faces that bodies cut, and once more of those in narrow gaps, their correction before
     /// a step (m/s).
     pub(super) corrections_before: Vec<f64>,
@@ -69,6 +72,7 @@ impl<const D: usize> CutBodies<D> {
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             arms: std::array::from_fn(|_| Vec::with_capacity(most)),
             total: grid.field(),
+            shared_faces: Vec::with_capacity(faces / 4),
             corrections_before: Vec::with_capacity(2 * D * faces),
             periods,
             h,
@@ -114,6 +118,10 @@ impl<const D: usize> CutBodies<D> {
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
         let cubic = all_fixed(bodies);
         let reach = gap::reach(cubic, &domain.numerics) * self.h;
+        let parabola = Parabola::new(domain.numerics.image_point);
+        let distance = domain.numerics.slope_image_point;
+        let slope =
+            if cubic { profile::slope_of_means(distance) } else { profile::slope(distance) };
         for k in 0..bodies.len() {
             let near = &self.near.near[k];
             if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {
@@ -126,17 +134,22 @@ impl<const D: usize> CutBodies<D> {
             self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
             self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
             let orientation = bodies[k].orientation();
+            let reached = bodies[k].shape().bounds(&orientation).add_scalar(1.001 * reach);
             let around = Surroundings {
                 grid,
                 boundaries,
                 bodies,
                 orientation,
+                round: gap::round(&bodies[k]),
                 near: &self.beside,
                 numerics: &domain.numerics,
                 h: self.h,
                 friction,
                 cubic,
                 reach,
+                walls: gap::walls_within(grid, &bodies[k].centre, &reached),
+                parabola,
+                slope,
             };
             self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
         }
@@ -192,17 +205,20 @@ impl<const D: usize> CutBodies<D> {
         simd(
             #[inline(always)]
             || {
-                for (k, CutBody { ghost_cells, stencils, .. }) in self.bodies.iter_mut().enumerate()
+                for (k, CutBody { ghost_cells, targets, stencils, cubic, .. }) in
+                    self.bodies.iter_mut().enumerate()
                 {
-                    for ghost in ghost_cells {
+                    for (ghost, target) in ghost_cells.iter().zip(targets.iter_mut()) {
                         if ghost.cleared && !cleared {
-                            ghost.target = Vector3::zeros();
+                            *target = Vector3::zeros();
                             continue;
                         }
                         let (stencil, arm) = (&ghost.stencil, &ghost.arm);
                         let rigid = bodies[k].velocity_at(arm);
-                        let profile = stencils.value(stencil, arm, grid, u, bodies, k, limit);
-                        ghost.target = rigid + profile + ghost.cubic;
+                        *target = rigid + stencils.value(stencil, arm, grid, u, bodies, k, limit);
+                    }
+                    for cubic in cubic {
+                        targets[cubic.place as usize] += cubic.added;
                     }
                 }
             },
@@ -217,14 +233,14 @@ impl<const D: usize> CutBodies<D> {
         let creeping = domain.numerics.creeping_layer * fluid.viscosity / (fluid.density * self.h);
         for (k, CutBody { ghost_cells, stencils, cubic, .. }) in self.bodies.iter_mut().enumerate()
         {
-            for cubic in cubic.iter().filter(|_| creeping > 0.0) {
-                let ghost = &mut ghost_cells[cubic.place as usize];
+            for cubic in cubic.iter_mut().filter(|_| creeping > 0.0) {
+                let ghost = &ghost_cells[cubic.place as usize];
                 let (arm, value) = (&ghost.arm, |stencil| {
                     stencils.value(stencil, &ghost.arm, grid, u, bodies, k, None)
                 });
                 let (own, all) = (value(&ghost.stencil), value(&cubic.cubic));
                 let numbers = stencils.fastest(&cubic.cubic, arm, grid, u, &bodies[k]) / creeping;
-                ghost.cubic = (1.0 - smooth_step(numbers, 1.0, 3.0)) * (all - cubic.part * own);
+                cubic.added = (1.0 - smooth_step(numbers, 1.0, 3.0)) * (all - cubic.part * own);
             }
         }
     }
@@ -245,15 +261,19 @@ impl<const D: usize> CutBodies<D> {
 
     /// Finds what the velocity `u` (m/s) has in all ghost cells beyond their targets.
     pub fn find_offsets(&mut self, u: &VectorField<D>) {
-        for ghost in self.bodies.iter_mut().flat_map(|cut| &mut cut.ghost_cells) {
-            ghost.offset = vector(u, ghost.cell as usize) - ghost.target;
+        for CutBody { ghost_cells, targets, offsets, .. } in &mut self.bodies {
+            offsets.clear();
+            let all = ghost_cells.iter().zip(&*targets);
+            offsets.extend(all.map(|(ghost, target)| vector(u, ghost.cell as usize) - target));
         }
     }
 
     /// Adds a part of these to the targets.
     pub fn add_offsets(&mut self, part: f64) {
-        for ghost in self.bodies.iter_mut().flat_map(|cut| &mut cut.ghost_cells) {
-            ghost.target += part * ghost.offset;
+        for CutBody { targets, offsets, .. } in &mut self.bodies {
+            for (target, offset) in targets.iter_mut().zip(offsets) {
+                *target += part * *offset;
+            }
         }
     }
 
@@ -268,10 +288,11 @@ impl<const D: usize> CutBodies<D> {
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         for (k, cut) in self.bodies.iter().enumerate() {
-            for ghost in cut.ghost_cells.iter().filter(|ghost| cleared || !ghost.cleared) {
+            let all = cut.ghost_cells.iter().zip(&cut.targets);
+            for (ghost, target) in all.filter(|(ghost, _)| cleared || !ghost.cleared) {
                 let (mut added, cell) = (Vector3::zeros(), ghost.cell as usize);
                 for (a, field) in u.iter_mut().enumerate() {
-                    let change = ghost.weight * (ghost.target[a] - field[cell]);
+                    let change = ghost.weight * (target[a] - field[cell]);
                     added[a] = mass * change;
                     field[cell] += change;
                 }
@@ -290,10 +311,11 @@ impl<const D: usize> CutBodies<D> {
         start: &VectorField<D>,
         u: &mut VectorField<D>,
     ) {
-        for ghost in self.bodies.iter().flat_map(|cut| &cut.ghost_cells) {
+        let all = self.bodies.iter().flat_map(|cut| cut.ghost_cells.iter().zip(&cut.targets));
+        for (ghost, target) in all {
             for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {
                 let (cell, start) = (ghost.cell as usize, start[ghost.cell as usize]);
-                u[cell] += ghost.weight * (start + part * (ghost.target[a] - start) - u[cell]);
+                u[cell] += ghost.weight * (start + part * (target[a] - start) - u[cell]);
             }
         }
     }

@@ -5,7 +5,7 @@
 use super::PROFILE_DEPTH;
 use super::gap::{self, Surroundings};
 use super::shared_cell::SharedCell;
-use super::stencil::{Cubic, Normal, Stencil, Stencils};
+use super::stencil::{Cubic, Image, Normal, Stencil, Stencils};
 use crate::geometry::{
     Block, Cut, Cuts, FaceCentroids, Orientation, Overlap, Placed, Shape, SurfacePoint, Tiles,
     aperture, fraction, images,
@@ -53,28 +53,11 @@ pub struct GhostCell {
     pub cleared: bool,
     /// Whether it is the first of the bodies' ghost cells that share a cell, or the only one.
     pub first: bool,
-    /// The velocity that it is set to (m/s), as last found.
-    pub target: Vector3<f64>,
-    /// Velocity that the cubic extrapolation adds to the profile (m/s); none where a body moves.
-    pub cubic: Vector3<f64>,
-    /// Velocity at the start of the step less the target at its end (m/s).
-    pub offset: Vector3<f64>,
-}
-
-impl GhostCell {
-    fn new(arm: Vector3<f64>, weight: f64, stencil: Stencil, cell: usize, cleared: bool) -> Self {
-        let none = Vector3::zeros();
-        let (cell, first) = (cell as u32, true);
-        let [target, cubic, offset] = [none; 3];
-        GhostCell { arm, weight, stencil, cell, cleared, first, target, cubic, offset }
-    }
 }
 
 /// A cell that a body touches and is nearest to, alone or with others.
 #[derive(Clone, Debug)]
 pub struct OwnCell<const D: usize> {
-    /// From the body's centre (m).
-    pub arm: Vector3<f64>,
     /// How far the body speaks for the surface there: wholly where no other body is about as near.
     pub ownership: f64,
     /// Acceleration that its cut faces add to the mean acceleration of its faces (m/s2), as last
@@ -117,14 +100,23 @@ pub struct CutBody<const D: usize> {
     pub has_neighbours: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
     pub gaps: [Vec<GapFace>; D],
+    /// Whether it may cover faces of cells at a closed side of the box.
+    pub at_boundary: bool,
     /// Cells that it touches, with its fraction of them.
     pub solid: Vec<Overlap>,
-    /// Those of the cells that it touches to which no other body is nearer.
+    /// Those of the cells that it touches to which no other body is nearer, and how far they are
+    /// from its centre (m).
     pub own_cells: Vec<OwnCell<D>>,
+    pub own_arms: Vec<Vector3<f64>>,
     /// Those that it shares with others.
     pub shared_own_cells: Vec<SharedCell>,
     /// Cells whose velocity it sets.
     pub ghost_cells: Vec<GhostCell>,
+    /// The velocity that each is set to (m/s), as last found.
+    pub targets: Vec<Vector3<f64>>,
+    /// Velocity of each at the start of the step less the target at its end (m/s), where steps need
+    /// that.
+    pub offsets: Vec<Vector3<f64>>,
     /// Those that it shares with others.
     pub shared_ghost_cells: Vec<SharedCell>,
     /// The cubic extrapolation of the ghost cells that have one; none where a body moves.
@@ -151,10 +143,14 @@ impl<const D: usize> CutBody<D> {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(cells(1.0))),
             has_neighbours: false,
             gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
+            at_boundary: false,
             solid: Vec::with_capacity(cells(0.0)),
             own_cells: Vec::with_capacity(cells(0.0)),
+            own_arms: Vec::with_capacity(cells(0.0)),
             shared_own_cells: Vec::with_capacity(cells(0.0) / FEW),
             ghost_cells: Vec::with_capacity(ghosts),
+            targets: Vec::with_capacity(ghosts),
+            offsets: Vec::with_capacity(ghosts),
             shared_ghost_cells: Vec::with_capacity(ghosts / FEW),
             cubic: Vec::new(),
             points: Vec::with_capacity(points),
@@ -169,10 +165,14 @@ impl<const D: usize> CutBody<D> {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(0)),
             has_neighbours,
             gaps: std::array::from_fn(|_| Vec::new()),
+            at_boundary: false,
             solid: Vec::new(),
             own_cells: Vec::new(),
+            own_arms: Vec::new(),
             shared_own_cells: Vec::new(),
             ghost_cells: Vec::new(),
+            targets: Vec::new(),
+            offsets: Vec::new(),
             shared_ghost_cells: Vec::new(),
             cubic: Vec::new(),
             points: Vec::new(),
@@ -230,11 +230,16 @@ impl<const D: usize> CutBody<D> {
         if self.quadrature_points.is_empty() {
             self.quadrature_points = shape.surface(around.h);
         }
+        // A face along an axis has a cell on either side.
+        let beside = bounds + Vector3::from_fn(|a, _| if a < D { 2.0 * grid.h[a] } else { 0.0 });
+        let walls = gap::walls_within(grid, &body.centre, &beside);
+        self.at_boundary = walls.as_flattened().contains(&true);
         for (axis, cuts) in self.cuts.iter_mut().enumerate() {
             aperture::cuts(grid, axis, &placed, tiles, cuts, &mut arms[axis]);
         }
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
+        self.stencils.begin(grid, &body.centre);
         self.find_cells(around, k, before, &extent, tight);
         if tight > 0.0 {
             self.find_gaps(around, k, arms);
@@ -253,15 +258,19 @@ impl<const D: usize> CutBody<D> {
         tight: f64,
     ) {
         let (grid, body, orientation) = (around.grid, &around.bodies[k], &around.orientation);
-        let (shape, mut touched_cells) = (body.shape(), 0);
-        for image in images(grid, &body.centre) {
-            for at in Block::owned(grid, &image, extent) {
+        let (shape, mut touched_cells, round) = (body.shape(), 0, around.round);
+        // No round body has left a cell that is further off than it went.
+        let way = round.map_or(f64::INFINITY, |radius| before.way.norm() + 1e-9 * radius);
+        for centre in images(grid, &body.centre) {
+            let image = self.stencils.image(grid, centre);
+            for at in Block::owned(grid, &centre, extent) {
                 let arm = Vector3::from_fn(|a, _| {
-                    if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
+                    if a < D { (at[a] as f64 + 0.5) * grid.h[a] - centre[a] } else { 0.0 }
                 });
-                let s = shape.distance(orientation, &arm);
-                let cleared =
-                    s > 0.0 && shape.distance(&before.orientation, &(arm + before.way)) <= 0.0;
+                let s = around.distance(shape, orientation, &arm);
+                let cleared = s > 0.0
+                    && s <= way
+                    && around.distance(shape, &before.orientation, &(arm + before.way)) <= 0.0;
                 let Some(cell) = grid.owned_index(at) else { continue };
                 // Cells that it touches come in the same order, image by image; the next one may be
                 // the first that another image touches.
@@ -282,6 +291,8 @@ impl<const D: usize> CutBody<D> {
             }
         }
         debug_assert_eq!(touched_cells, self.solid.len());
+        self.targets.clear();
+        self.targets.resize(self.ghost_cells.len(), Vector3::zeros());
     }
 
     fn add_own_cell(&mut self, arm: Vector3<f64>, owned: f64, cell: usize) {
@@ -290,7 +301,8 @@ impl<const D: usize> CutBody<D> {
             self.shared_own_cells.push(next);
         }
         let (ownership, cell, cut_change) = (owned, cell as u32, [0.0; D]);
-        self.own_cells.push(OwnCell { arm, ownership, cut_change, cell });
+        self.own_cells.push(OwnCell { ownership, cut_change, cell });
+        self.own_arms.push(arm);
     }
 
     /// Adds the ghost cell at the distance `s` (m) from the surface, with the profile that it
@@ -300,15 +312,15 @@ impl<const D: usize> CutBody<D> {
         &mut self,
         around: &Surroundings<D>,
         k: usize,
-        image: &Vector3<f64>,
+        image: &Image,
         arm: &Vector3<f64>,
         (s, cleared): (f64, bool),
         owned: f64,
         cell: usize,
     ) {
         let (body, orientation, shared) = (&around.bodies[k], &around.orientation, owned < 1.0);
-        let shape = body.shape();
-        let normal = || Normal::new(shape, arm, s, shape.normal(orientation, arm));
+        let normal =
+            || Normal::new(around.round, arm, s, around.normal(body.shape(), orientation, arm));
         let (mut stencil, mut weight) = (Stencil::STILL, 1.0);
         if s > 0.0 && !cleared {
             (stencil, weight) = self.stencils.profile_across(around, image, &normal(), s);
@@ -327,7 +339,8 @@ impl<const D: usize> CutBody<D> {
             let next = SharedCell::next(&self.ghost_cells, cell, owned, weight, cleared);
             self.shared_ghost_cells.push(next);
         }
-        self.ghost_cells.push(GhostCell::new(*arm, weight, stencil, cell, cleared));
+        let (arm, cell, first) = (*arm, cell as u32, true);
+        self.ghost_cells.push(GhostCell { arm, weight, stencil, cell, cleared, first });
     }
 
     /// Finds the faces in gaps that the grid does not resolve, by the arms to their centres (m).
@@ -335,7 +348,7 @@ impl<const D: usize> CutBody<D> {
         let shape = around.bodies[k].shape();
         for ((cuts, arms), gaps) in self.cuts.iter().zip(arms).zip(&mut self.gaps) {
             for (cut, arm) in cuts.iter().zip(arms).filter(|(cut, _)| cut.solid_fraction < 1.0) {
-                let own = shape.distance(&around.orientation, arm);
+                let own = around.distance(shape, &around.orientation, arm);
                 let (share, kept) = around.flow(around.width_at(k, arm, own));
                 if kept > 0.0 && around.is_nearest(k, arm, own) {
                     gaps.push(GapFace { face: cut.face, share, kept: kept * kept });
@@ -346,10 +359,10 @@ impl<const D: usize> CutBody<D> {
 
     fn clear(&mut self) {
         self.own_cells.clear();
+        self.own_arms.clear();
         self.shared_own_cells.clear();
         self.ghost_cells.clear();
         self.shared_ghost_cells.clear();
-        self.stencils.clear();
         self.cubic.clear();
         self.gaps.iter_mut().for_each(Vec::clear);
     }
@@ -358,14 +371,18 @@ impl<const D: usize> CutBody<D> {
     fn place_points(&mut self, around: &Surroundings<D>, k: usize) {
         self.points.clear();
         let (grid, body) = (around.grid, &around.bodies[k]);
+        let bounds = body.shape().bounds(&around.orientation);
+        let inside = Block::is_inside(grid, &body.centre, &bounds)
+            .then(|| self.stencils.image(grid, body.centre));
         for i in 0..self.quadrature_points.len() {
             let SurfacePoint { place, normal, area } = self.quadrature_points[i];
             let arm = around.orientation * place;
-            let Some(image) = images(grid, &body.centre).find(|image| grid.owns(&(image + arm)))
-            else {
-                continue;
+            let image = || {
+                let centre = images(grid, &body.centre).find(|image| grid.owns(&(image + arm)))?;
+                Some(self.stencils.image(grid, centre))
             };
-            let normal = Normal::new(body.shape(), &arm, 0.0, around.orientation * normal);
+            let Some(image) = inside.or_else(image) else { continue };
+            let normal = Normal::new(around.round, &arm, 0.0, around.orientation * normal);
             let slope = self.stencils.slope(around, &image, &normal);
             self.points.push(Point { arm, area, slope });
         }

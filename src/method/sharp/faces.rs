@@ -2,10 +2,10 @@
 
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
-use super::cut_body::CutBody;
 use super::{StepNumbers, history};
 use crate::Result;
 use crate::domain::Domain;
+use crate::geometry::{Cut, FaceCentroids};
 use crate::grid::{Grid, VectorField, simd};
 use crate::kernels::faces::means;
 use crate::particles::Body;
@@ -29,17 +29,13 @@ impl<const D: usize> CutBodies<D> {
         let (grid, acceleration) = (&domain.grid, &acceleration.faces);
         let State { u, faces, bodies, surfaces, .. } = s;
         let correction = &mut history(surfaces)?.correction;
-        let cuts = |axis| {
-            self.bodies
-                .iter()
-                .flat_map(move |cut: &CutBody<D>| cut.faces(axis))
-                .map(|(cut, _)| cut.face as usize)
-        };
-        let gaps = |axis| self.bodies.iter().flat_map(move |cut: &CutBody<D>| &cut.gaps[axis]);
         self.corrections_before.clear();
-        for axis in 0..D {
-            let faces = cuts(axis).chain(gaps(axis).map(|gap| gap.face as usize));
-            self.corrections_before.extend(faces.map(|face| correction[axis][face]));
+        for (axis, correction) in correction.iter().enumerate() {
+            for cut in &self.bodies {
+                let before = &mut self.corrections_before;
+                before.extend(cut.cuts[axis].iter().map(|cut| correction[cut.face as usize]));
+                before.extend(cut.gaps[axis].iter().map(|gap| correction[gap.face as usize]));
+            }
         }
         simd(
             #[inline(always)]
@@ -59,47 +55,50 @@ impl<const D: usize> CutBodies<D> {
                 }
             },
         );
-        let mut corrections_before = self.corrections_before.iter();
+        let mut before = &self.corrections_before[..];
         for axis in 0..D {
-            let (correction, face, a) =
-                (&mut correction[axis], &mut faces[axis], &acceleration[axis]);
-            for (at, before) in cuts(axis).zip(&mut corrections_before) {
-                correction[at] = means(&u[axis], at..at + 1, grid.stride[axis])(0) + keep * before
-                    - in_cells * a[at];
+            let (q, correction, a) = (&u[axis], &mut correction[axis], &acceleration[axis]);
+            let open_part = OpenPart::new(grid, axis);
+            for cut in &self.bodies {
+                let (of_cuts, rest) = before.split_at(cut.cuts[axis].len());
+                let (of_gaps, rest) = rest.split_at(cut.gaps[axis].len());
+                before = rest;
+                for ((cut, centroids), before) in cut.faces(axis).zip(of_cuts) {
+                    let (at, open) = (cut.face as usize, open_part.mean(cut, centroids, q));
+                    // Both of two bodies that cut a face count there, each with all of the
+                    // correction.
+                    if cut.first {
+                        correction[at] = open + keep * before - in_cells * a[at];
+                    } else {
+                        correction[at] += open - open_part.of_all(at, q);
+                    }
+                }
+                for (gap, flow) in cut.gaps[axis].iter().zip(of_gaps) {
+                    correction[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
+                }
             }
-            for (gap, flow) in gaps(axis).zip(&mut corrections_before) {
-                correction[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
-            }
-            self.interpolate_cut(grid, axis, &u[axis], bodies, (dt, a), correction, face);
+            self.cover(axis, bodies, (dt, a), correction, &mut faces[axis]);
         }
         Ok(())
     }
 
-    /// The same on the covered faces of an axis, whose correction has the mean of the cells
-    /// already.
-    #[allow(clippy::too_many_arguments)]
-    fn interpolate_cut(
+    /// Gives the covered faces of an axis the fluid's velocity, which their correction has but for
+    /// the acceleration, and the bodies' part of it.
+    fn cover(
         &self,
-        grid: &Grid<D>,
         axis: usize,
-        u: &[f64],
         bodies: &[Body],
         (dt, a): (f64, &[f64]),
-        correction: &mut [f64],
+        correction: &[f64],
         face: &mut [f64],
     ) {
-        // Both of two bodies that cut a face count there, each with all of the correction.
-        for (cut, centroids) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
-            let at = cut.face as usize;
-            correction[at] += to_open_part(grid, axis, at, &centroids.open, u);
-            face[at] = correction[at] + dt * a[at];
-        }
         for (cut, body) in self.bodies.iter().zip(bodies) {
             for (cut, centroids) in cut.faces(axis) {
                 let at = cut.face as usize;
                 let q = correction[at] + dt * a[at];
-                face[at] += cut.solid_fraction * (body.velocity[axis] - q)
+                let own = cut.solid_fraction * (body.velocity[axis] - q)
                     + body.spin.cross(&centroids.lever())[axis];
+                face[at] = if cut.first { q } else { face[at] } + own;
             }
         }
     }
@@ -131,33 +130,56 @@ impl<const D: usize> CutBodies<D> {
                 }
             },
         );
-        for axis in 0..D {
-            let correction = &mut correction[axis];
+        for (axis, (correction, q)) in correction.iter_mut().zip(u).enumerate() {
+            let open_part = OpenPart::new(grid, axis);
             for (cut, centroids) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
-                correction[cut.face as usize] -=
-                    to_open_part(grid, axis, cut.face as usize, &centroids.open, &u[axis]);
+                let at = cut.face as usize;
+                correction[at] -= open_part.mean(cut, centroids, q) - open_part.of_all(at, q);
             }
         }
     }
 }
 
-/// What a covered face has in place of that mean: that of the two cells, moved to the centroid of
-/// its open part by the derivatives.
-fn to_open_part<const D: usize>(
-    grid: &Grid<D>,
+/// The velocity of the fluid through the open part of a covered face.
+struct OpenPart<const D: usize> {
     axis: usize,
-    face: usize,
-    open: &[f64; D],
-    q: &[f64],
-) -> f64 {
-    let s = grid.stride[axis];
-    let parts = (0..D).map(|a| {
-        let t = grid.stride[a];
-        if a == axis {
-            return open[a] * (q[face] - q[face - s]) / grid.h[a];
+    stride: [usize; D],
+    /// Over the distance between the cells that a derivative is taken from, and the mean of two
+    /// (1/m).
+    inverse: [f64; D],
+}
+
+impl<const D: usize> OpenPart<D> {
+    fn new(grid: &Grid<D>, axis: usize) -> OpenPart<D> {
+        let factor = |a: usize| if a == axis { 1.0 } else { 0.25 };
+        let inverse = std::array::from_fn(|a| factor(a) / grid.h[a]);
+        OpenPart { axis, stride: grid.stride, inverse }
+    }
+
+    /// That of the two cells, moved to the centroid of its open part by the derivatives.
+    #[inline(always)]
+    fn mean(&self, cut: &Cut, centroids: &FaceCentroids<D>, q: &[f64]) -> f64 {
+        let (face, s) = (cut.face as usize, self.stride[self.axis]);
+        let mut sum = 0.5 * (q[face] + q[face - s]);
+        // Inside, where nothing is open, there is no such centroid.
+        if centroids.open == [0.0; D] {
+            return sum;
         }
-        open[a] * (q[face + t] - q[face - t] + q[face - s + t] - q[face - s - t])
-            / (4.0 * grid.h[a])
-    });
-    0.5 * (q[face] + q[face - s]) - means(q, face..face + 1, s)(0) + parts.sum::<f64>()
+        for (a, open) in centroids.open.iter().enumerate() {
+            let t = self.stride[a];
+            let difference = if a == self.axis {
+                q[face] - q[face - s]
+            } else {
+                q[face + t] - q[face - t] + q[face - s + t] - q[face - s - t]
+            };
+            sum += open * self.inverse[a] * difference;
+        }
+        sum
+    }
+
+    /// The mean of the cells at a face, as at one that no body covers.
+    #[inline(always)]
+    fn of_all(&self, face: usize, q: &[f64]) -> f64 {
+        means(q, face..face + 1, self.stride[self.axis])(0)
+    }
 }

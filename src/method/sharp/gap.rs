@@ -15,7 +15,8 @@
 //! Without that such a gap would take the momentum of what flows through it in every step, and half
 //! of an impact's energy with it.
 
-use crate::geometry::{self, Orientation};
+use super::profile::Parabola;
+use crate::geometry::{self, Orientation, Shape};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::Numerics;
 use crate::particles::{Body, nearest_image};
@@ -202,7 +203,7 @@ impl Neighbour {
 }
 
 /// The radius of a round body (m).
-fn round(body: &Body) -> Option<f64> {
+pub fn round(body: &Body) -> Option<f64> {
     body.shape().is_round().then(|| body.radius())
 }
 
@@ -216,6 +217,8 @@ pub struct Surroundings<'a, const D: usize> {
     pub bodies: &'a [Body],
     /// How the one is turned that is built.
     pub orientation: Orientation,
+    /// Its radius (m) where it is round.
+    pub round: Option<f64>,
     /// The bodies near this one.
     pub near: &'a [Neighbour],
     /// The numbers of the method.
@@ -229,6 +232,11 @@ pub struct Surroundings<'a, const D: usize> {
     pub cubic: bool,
     /// Beyond which gap nothing is felt of what lies there (m).
     pub reach: f64,
+    /// Which sides of the box are as near to the body that is built.
+    pub walls: [[bool; 2]; D],
+    /// The profile of the flow beside a surface far from others, and the factors of its slope.
+    pub parabola: Parabola,
+    pub slope: [f64; 3],
 }
 
 /// Gap (spacings) beyond which nothing is felt of what lies there; with the cubic extrapolation
@@ -265,10 +273,23 @@ impl Shares {
     pub fn of(gap: f64, numerics: &Numerics) -> Shares {
         let width = numerics.blending_width;
         let (near, unresolved) = (reach(false, numerics), unresolved(numerics));
+        if gap >= near {
+            return Shares { full: 1.0, linear: 0.0, across: 0.0 };
+        }
         let full = smooth_step(gap, near - width, near);
         let open = smooth_step(gap, unresolved - width, unresolved);
         Shares { full, linear: open - full, across: 1.0 - open }
     }
+}
+
+/// By axis and side, whether a side of the box is as near to a body that reaches so far along the
+/// axes from its centre (m).
+pub fn walls_within<const D: usize>(
+    grid: &Grid<D>,
+    centre: &Vector3<f64>,
+    reached: &Vector3<f64>,
+) -> [[bool; 2]; D] {
+    std::array::from_fn(|a| [centre[a] <= reached[a], grid.size[a] - centre[a] <= reached[a]])
 }
 
 /// A gap along a normal.
@@ -280,6 +301,29 @@ pub struct Gap {
 }
 
 impl<const D: usize> Surroundings<'_, D> {
+    /// The signed distance (m) of the point at `arm` (m) from the surface of the body that is
+    /// built, of this shape and turned like this.
+    #[inline]
+    pub fn distance(
+        &self,
+        shape: &dyn Shape,
+        orientation: &Orientation,
+        arm: &Vector3<f64>,
+    ) -> f64 {
+        self.round.map_or_else(|| shape.distance(orientation, arm), |radius| arm.norm() - radius)
+    }
+
+    /// The outward normal there.
+    #[inline]
+    pub fn normal(
+        &self,
+        shape: &dyn Shape,
+        orientation: &Orientation,
+        arm: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        self.round.map_or_else(|| shape.normal(orientation, arm), |_| arm.normalize())
+    }
+
     /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow
     /// friction leaves in half a step.
     pub fn flow(&self, width: f64) -> (f64, f64) {
@@ -289,13 +333,16 @@ impl<const D: usize> Surroundings<'_, D> {
     }
 
     /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, `own`
-    /// (m) from its wall.
+    /// (m) from its wall, so far as what lies across is in reach.
     pub fn width_at(&self, k: usize, arm: &Vector3<f64>, own: f64) -> f64 {
         let mut other = f64::INFINITY;
         for near in self.near {
             other = other.min(near.distance(self.bodies, arm));
         }
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+            if !self.walls[axis][side] {
+                continue;
+            }
             if let Some(BoundaryKind::Velocity(_)) = self.boundaries.kinds[axis][side] {
                 let place = self.bodies[k].centre[axis] + arm[axis];
                 other = other.min(if side == 0 { place } else { self.grid.size[axis] - place });
@@ -363,6 +410,9 @@ impl<const D: usize> Surroundings<'_, D> {
         }
         for axis in 0..D {
             let side = usize::from(n[axis] > 0.0);
+            if !self.walls[axis][side] {
+                continue;
+            }
             let boundary = match &self.boundaries.kinds[axis][side] {
                 Some(boundary @ (BoundaryKind::Velocity(_) | BoundaryKind::Outflow)) => boundary,
                 _ => continue,

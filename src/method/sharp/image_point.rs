@@ -12,67 +12,57 @@
 use crate::grid::{Grid, VectorField};
 use nalgebra::Vector3;
 
-/// A point where the velocity is asked for, with its share in what is asked.
+/// A point on a line where the velocity is asked for, with its share in what is asked.
 #[derive(Clone, Copy, Debug)]
-pub struct ImagePoint<const D: usize> {
-    /// Index in a field of the first cell of the stencil, and the place after its second (in
-    /// spacings).
-    first: u32,
-    place: [f64; D],
+pub struct ImagePoint {
     /// Factor of the velocity there in the sum that it is part of.
     pub share: f64,
     /// How far out it is, as a factor of the line that it lies on.
     pub out: f64,
 }
 
-impl<const D: usize> ImagePoint<D> {
-    /// An image point at `centre + out arm` (m); the point is within the stored cells, two layers
-    /// from their end.
-    pub fn new(
-        grid: &Grid<D>,
-        centre: &Vector3<f64>,
-        arm: &Vector3<f64>,
-        out: f64,
-        share: f64,
-    ) -> ImagePoint<D> {
-        let (mut first, mut place) = (0, [0.0; D]);
-        for a in 0..D {
-            let x = (centre[a] + out * arm[a]) / grid.h[a] - 0.5 - grid.start[a] as f64
-                + grid.ghosts as f64;
-            // Rounded down without a call of libm.
-            let cell = (x.max(0.0) as usize).saturating_sub(1).min(grid.stored[a] - 4);
-            place[a] = x - cell as f64 - 1.0;
-            first += (cell * grid.stride[a]) as u32;
-        }
-        ImagePoint { first, place, share, out }
-    }
+/// A line through the cells, as places from the middle of one of them (spacings). Its points lie
+/// within the stored cells, two layers from their end.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray<const D: usize> {
+    /// The index in a field of that cell.
+    pub origin: i32,
+    /// Where the line begins, and how far it goes.
+    pub start: [f64; D],
+    pub along: [f64; D],
+}
 
-    /// The velocity (m/s) there; ghosts of `u` filled.
+impl<const D: usize> Ray<D> {
+    /// The velocity (m/s) so far `out` on the line; ghosts of `u` filled.
     #[inline(always)]
-    pub fn velocity(&self, grid: &Grid<D>, u: &VectorField<D>) -> Vector3<f64> {
-        // Found anew each time: reading them from memory takes longer.
-        let weights = self.place.map(weights);
-        let (first, planes) = (self.first as usize, if D == 3 { 4 } else { 1 });
-        // The components side by side: one waits less for the sums of another.
-        let mut columns = [[0.0; 4]; D];
-        for k in 0..planes {
-            let (plane, wk) = if D == 3 {
-                (first + k * grid.stride[D - 1], weights[D - 1][k])
-            } else {
-                (first, 1.0)
-            };
-            for j in 0..4 {
-                let row = plane + j * grid.stride[1];
-                let wj = wk * weights[1][j];
-                for (columns, field) in columns.iter_mut().zip(u) {
-                    for (column, q) in columns.iter_mut().zip(&field[row..row + 4]) {
-                        *column += wj * q;
+    pub fn velocity(&self, out: f64, grid: &Grid<D>, u: &VectorField<D>) -> Vector3<f64> {
+        let (mut first, mut weights) = (f64::from(self.origin), [[0.0; 4]; D]);
+        for a in 0..D {
+            let x = self.start[a] + out * self.along[a];
+            let cell = x.floor();
+            weights[a] = weights_at(x - cell);
+            first += (cell - 1.0) * f64::from(grid.stride[a] as u32);
+        }
+        let span: usize = 3 * grid.stride.iter().sum::<usize>() + 1;
+        let first = (first as u32 as usize).min(u[0].len().saturating_sub(span));
+        let mut sum = Vector3::zeros();
+        for (sum, field) in sum.iter_mut().zip(u) {
+            let mut columns = [0.0; 4];
+            for k in 0..if D == 3 { 4 } else { 1 } {
+                // One range for the whole plane, so that its rows stay in registers.
+                let first = first + if D == 3 { k * grid.stride[D - 1] } else { 0 };
+                let (plane, mut part) = (&field[first..][..3 * grid.stride[1] + 4], [0.0; 4]);
+                for j in 0..4 {
+                    let (row, weight) = (&plane[j * grid.stride[1]..][..4], weights[1][j]);
+                    for (part, q) in part.iter_mut().zip(row) {
+                        *part += weight * q;
                     }
                 }
+                let weight = if D == 3 { weights[D - 1][k] } else { 1.0 };
+                for (column, part) in columns.iter_mut().zip(part) {
+                    *column += weight * part;
+                }
             }
-        }
-        let mut sum = Vector3::zeros();
-        for (sum, columns) in sum.iter_mut().zip(&columns) {
             *sum = columns.iter().zip(&weights[0]).map(|(c, w)| c * w).sum();
         }
         sum
@@ -81,8 +71,9 @@ impl<const D: usize> ImagePoint<D> {
 
 /// The weights of the four cells for the place `t` after the second.
 #[inline(always)]
-fn weights(t: f64) -> [f64; 4] {
+fn weights_at(t: f64) -> [f64; 4] {
+    const SIXTH: f64 = 1.0 / 6.0;
     let (below, next, after) = (t + 1.0, t - 1.0, t - 2.0);
     let (low, high) = (below * t, next * after);
-    [-t * high / 6.0, below * high / 2.0, -low * after / 2.0, low * next / 6.0]
+    [-SIXTH * t * high, 0.5 * below * high, -0.5 * low * after, SIXTH * low * next]
 }

@@ -19,21 +19,41 @@ use nalgebra::{Matrix3, Vector3};
 /// of the slope over the radius would come to it; `docs/constants.md` says why it is left out.
 const CELL_MEAN: f64 = 1.0 / 24.0;
 
-/// Factors of the velocities at the first image point and twice as far in the parabola's at the
-/// distance `s`.
-pub fn parabola(s: f64, first: f64) -> [f64; 2] {
-    let bend = |s: f64| CELL_MEAN + 0.5 * s * s;
-    let second = 2.0 * first;
-    let determinant = bend(first) * second - bend(second) * first;
-    [
-        (bend(s) * second - bend(second) * s) / determinant,
-        (bend(first) * s - bend(s) * first) / determinant,
-    ]
+/// The parabola through two image points, one twice as far as the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Parabola {
+    places: [f64; 2],
+    bends: [f64; 2],
+    determinant: f64,
+}
+
+impl Parabola {
+    /// With the first image point at this distance.
+    pub fn new(first: f64) -> Parabola {
+        let places = [first, 2.0 * first];
+        let bends = places.map(bend);
+        let determinant = bends[0] * places[1] - bends[1] * places[0];
+        Parabola { places, bends, determinant }
+    }
+
+    /// Factors of the velocities at both in the parabola's at the distance `s`.
+    #[inline]
+    pub fn factors(&self, s: f64) -> [f64; 2] {
+        let Parabola { places: [first, second], bends, determinant } = *self;
+        let own = bend(s);
+        [(own * second - bends[1] * s) / determinant, (bends[0] * s - own * first) / determinant]
+    }
+}
+
+/// The mean of `s^2/2` in a cell at the distance `s`.
+#[inline]
+fn bend(s: f64) -> f64 {
+    CELL_MEAN + 0.5 * s * s
 }
 
 /// What a, b and c of the cubic make of its mean in a cell at the distance `s`.
 fn cubic_mean(s: f64) -> Vector3<f64> {
-    Vector3::new(s, CELL_MEAN + 0.5 * s * s, s * (CELL_MEAN + s * s / 6.0))
+    Vector3::new(s, bend(s), s * (CELL_MEAN + s * s / 6.0))
 }
 
 /// Factors of three means at these distances in the cubic's at the distance `s`; none where they do
@@ -63,13 +83,13 @@ pub fn slope(distance: f64) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::{cubic, parabola};
+    use super::{Parabola, cubic};
 
     #[test]
     fn parabola_of_cell_means_extrapolated_exactly() {
         let mean = |s: f64| s - 0.7 * (s * s + 1.0 / 12.0);
         for s in [-2.5, -1.0, -0.3, 0.0, 0.4, 1.7] {
-            let [first, second] = parabola(s, 1.0);
+            let [first, second] = Parabola::new(1.0).factors(s);
             assert!((first * mean(1.0) + second * mean(2.0) - mean(s)).abs() < 1e-12, "at {s}");
         }
     }

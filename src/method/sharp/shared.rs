@@ -98,12 +98,12 @@ impl SharedCells {
             for part in setting() {
                 let (body, place) = part.at();
                 let weight = part.shared.owned * part.shared.weight;
-                sum += weight * bodies[body].ghost_cells[place].target;
+                sum += weight * bodies[body].targets[place];
                 weights += weight;
             }
             if weights > 0.0 {
                 for (body, place) in setting().map(Part::at) {
-                    bodies[body].ghost_cells[place].target = sum / weights;
+                    bodies[body].targets[place] = sum / weights;
                 }
             }
         }

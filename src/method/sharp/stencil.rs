@@ -26,9 +26,8 @@
 //! where Legendre stages bear none that do.
 
 use super::gap::{Other, Shares, Surroundings, smooth_step};
-use super::image_point::ImagePoint;
+use super::image_point::{ImagePoint, Ray};
 use super::profile;
-use crate::geometry::Shape;
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
 use nalgebra::Vector3;
@@ -40,8 +39,11 @@ const NOTHING: u32 = u32::MAX;
 /// through a point of its.
 #[derive(Clone, Copy, Debug)]
 pub struct Stencil {
-    /// Its image points, from the first to before the last.
-    image_points: [u32; 2],
+    /// Its first image point, and how many it has.
+    first: u32,
+    count: u32,
+    /// Index in a field of the cell that the body's centre is in, or an image of it.
+    origin: i32,
     /// Its number among what lies across gaps, or [`NOTHING`].
     across: u32,
     /// Its number among the lines, or [`NOTHING`] of a round body: its line is the point's arm
@@ -51,7 +53,8 @@ pub struct Stencil {
 
 impl Stencil {
     /// A stencil of nothing.
-    pub const STILL: Stencil = Stencil { image_points: [0; 2], across: NOTHING, line: NOTHING };
+    pub const STILL: Stencil =
+        Stencil { first: 0, count: 0, origin: 0, across: NOTHING, line: NOTHING };
 }
 
 /// The cubic extrapolation to a ghost cell, in place of a part of the stencil that the cell has.
@@ -63,6 +66,8 @@ pub struct Cubic {
     pub part: f64,
     /// The cubic, by that part.
     pub cubic: Stencil,
+    /// Velocity that it adds to the cell's own profile, as last found (m/s).
+    pub added: Vector3<f64>,
 }
 
 /// The line along the surface's normal through a point, which has its image points at `from + out
@@ -89,11 +94,12 @@ pub struct Normal {
 
 impl Normal {
     /// Through the point at `arm` (m), at the distance `s` (m) from the surface. That of a round
-    /// body comes from its centre, so that a rigid motion is the same multiple of the arm's
-    /// everywhere on it.
-    pub fn new(shape: &dyn Shape, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
-        if shape.is_round() {
-            let (line, radius) = (Line { from: Vector3::zeros(), along: *arm }, shape.radius());
+    /// body, of this radius (m), comes from its centre, so that a rigid motion is the same multiple
+    /// of the arm's everywhere on it.
+    #[inline]
+    pub fn new(round: Option<f64>, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
+        if let Some(radius) = round {
+            let line = Line { from: Vector3::zeros(), along: *arm };
             return Normal {
                 line,
                 central: true,
@@ -114,6 +120,7 @@ impl Normal {
         }
     }
 
+    #[inline]
     fn out(&self, distance: f64) -> f64 {
         (self.wall + distance) / self.length
     }
@@ -132,10 +139,23 @@ struct Across {
 /// All that a body reads.
 #[derive(Clone, Debug)]
 pub struct Stencils<const D: usize> {
-    image_points: Vec<ImagePoint<D>>,
+    image_points: Vec<ImagePoint>,
     across: Vec<Across>,
     /// Of a body that is not round.
     lines: Vec<Line>,
+    /// Where the body's centre lies, from the middle of the cell below it (spacings), and the
+    /// spacings' inverse (1/m). Images of it lie alike: a period is a whole number of cells.
+    centre: [f64; D],
+    inverse_h: [f64; D],
+}
+
+/// A centre of a body or an image of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Image {
+    /// Where it is (m).
+    pub centre: Vector3<f64>,
+    /// Index in a field of the cell below it, which may lie beyond the stored ones.
+    origin: i32,
 }
 
 impl<const D: usize> Stencils<D> {
@@ -145,26 +165,40 @@ impl<const D: usize> Stencils<D> {
             image_points: Vec::with_capacity(2 * inside + 4 * points),
             across: Vec::with_capacity(inside + points),
             lines: Vec::with_capacity(if round { 0 } else { inside + points }),
+            centre: [0.0; D],
+            inverse_h: [0.0; D],
         }
     }
 
-    /// Forgets all.
-    pub fn clear(&mut self) {
+    /// Forgets all, of a body that now has this centre (m).
+    pub fn begin(&mut self, grid: &Grid<D>, centre: &Vector3<f64>) {
         self.image_points.clear();
         self.across.clear();
         self.lines.clear();
+        self.inverse_h = grid.h.map(|h| 1.0 / h);
+        self.centre = std::array::from_fn(|a| {
+            let place = place(grid, centre, a);
+            place - place.floor()
+        });
+    }
+
+    /// An image of the body's centre (m).
+    pub fn image(&self, grid: &Grid<D>, centre: Vector3<f64>) -> Image {
+        let cell = |a: usize| (place(grid, &centre, a) - self.centre[a]).round() as i32;
+        let origin = (0..D).map(|a| cell(a) * grid.stride[a] as i32).sum();
+        Image { centre, origin }
     }
 
     /// The profile at the signed distance `s` (m) along a normal.
     pub fn profile(
         &mut self,
         around: &Surroundings<D>,
-        image: &Vector3<f64>,
+        image: &Image,
         normal: &Normal,
         s: f64,
     ) -> Stencil {
         let h = around.h;
-        let gap = around.gap(image, &normal.foot, &normal.n);
+        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
         let share = Shares::of(gap.width / h, around.numerics);
         let first_point = around.numerics.image_point;
         let [d1, d2] = [first_point * h, 2.0 * first_point * h];
@@ -173,12 +207,11 @@ impl<const D: usize> Stencils<D> {
         // the two.
         let mirrored = |width: f64| (s / width).max(-1.0);
         let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
-        let [first, second] =
-            profile::parabola(s / h, first_point).map(|factor| share.full * factor);
+        let [first, second] = around.parabola.factors(s / h).map(|factor| share.full * factor);
         let at = if share.full > 0.0 { d1 } else { near };
         let image_points = [(at, first + linear), (d2, second)];
         let across = share.across * mirrored(gap.width.max(0.5 * h));
-        self.stencil(around.grid, image, normal, &image_points, across, gap.other)
+        self.stencil(image, normal, image_points, across, gap.other)
     }
 
     /// The cubic extrapolation at the signed distance `s` (m) along a normal, for the cell inside
@@ -186,12 +219,13 @@ impl<const D: usize> Stencils<D> {
     pub fn cubic(
         &mut self,
         around: &Surroundings<D>,
-        image: &Vector3<f64>,
+        image: &Image,
         normal: &Normal,
         s: f64,
         place: usize,
     ) -> Option<Cubic> {
-        let (s, gap) = (s / around.h, around.gap(image, &normal.foot, &normal.n).width / around.h);
+        let (s, gap) =
+            (s / around.h, around.gap(&image.centre, &normal.foot, &normal.n).width / around.h);
         let (point, fading) = (around.numerics.image_point, around.numerics.blending_width);
         // As deep as the first image point is far, it needs no more ghosts than the parabola.
         let shallow = 1.0 - smooth_step(-s, point, point + fading);
@@ -205,65 +239,60 @@ impl<const D: usize> Stencils<D> {
         let factors = profile::cubic(s, places)?;
         let image_points: [_; 3] =
             std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
-        let cubic = self.stencil(around.grid, image, normal, &image_points, 0.0, Other::Nothing);
-        Some(Cubic { place: place as u32, part, cubic })
+        let cubic = self.stencil(image, normal, image_points, 0.0, Other::Nothing);
+        Some(Cubic { place: place as u32, part, cubic, added: Vector3::zeros() })
     }
 
     /// The straight profile across a gap, outside at the distance `s` (m) from the surface, and its
-    /// weight.
+    /// weight; of nothing where it has none.
     pub fn profile_across(
         &mut self,
         around: &Surroundings<D>,
-        image: &Vector3<f64>,
+        image: &Image,
         normal: &Normal,
         s: f64,
     ) -> (Stencil, f64) {
-        let gap = around.gap(image, &normal.foot, &normal.n);
-        let across = s / gap.width.max(0.5 * around.h).max(s);
-        let stencil = self.stencil(around.grid, image, normal, &[], across, gap.other);
+        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
         let (share, kept) = around.flow(gap.width);
-        (stencil, share * (1.0 - kept))
+        let weight = share * (1.0 - kept);
+        if weight == 0.0 {
+            return (Stencil::STILL, weight);
+        }
+        let across = s / gap.width.max(0.5 * around.h).max(s);
+        (self.stencil(image, normal, [], across, gap.other), weight)
     }
 
     /// The slope of the velocity along the outward normal through a point of the surface (1/s).
-    pub fn slope(
-        &mut self,
-        around: &Surroundings<D>,
-        image: &Vector3<f64>,
-        normal: &Normal,
-    ) -> Stencil {
+    pub fn slope(&mut self, around: &Surroundings<D>, image: &Image, normal: &Normal) -> Stencil {
         let h = around.h;
-        let gap = around.gap(image, &normal.foot, &normal.n);
+        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
         let share = Shares::of(gap.width / h, around.numerics);
         let distance = around.numerics.slope_image_point;
         let (e, near) = (distance * h, h.min(0.5 * gap.width));
-        let slope =
-            if around.cubic { profile::slope_of_means(distance) } else { profile::slope(distance) };
-        let [one, two, three] = slope.map(|factor| share.full * factor / h);
+        let [one, two, three] = around.slope.map(|factor| share.full * factor / h);
         let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
         let image_points = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
         let across = share.across / gap.width.max(0.5 * h);
-        self.stencil(around.grid, image, normal, &image_points, across, gap.other)
+        self.stencil(image, normal, image_points, across, gap.other)
     }
 
     /// A stencil along a normal: the distances of its image points from the surface (m) with their
     /// shares, and the share of what lies across the gap.
-    fn stencil(
+    #[inline]
+    fn stencil<const N: usize>(
         &mut self,
-        grid: &Grid<D>,
-        image: &Vector3<f64>,
+        image: &Image,
         normal: &Normal,
-        image_points: &[(f64, f64)],
+        image_points: [(f64, f64); N],
         across: f64,
         other: Other,
     ) -> Stencil {
-        let (start, Line { from, along }) = (self.image_points.len() as u32, normal.line);
-        let from = image + from;
-        for &(d, share) in image_points.iter().filter(|(_, share)| *share != 0.0) {
-            self.image_points.push(ImagePoint::new(grid, &from, &along, normal.out(d), share));
+        let first = self.image_points.len() as u32;
+        for (d, share) in image_points.into_iter().filter(|(_, share)| *share != 0.0) {
+            self.image_points.push(ImagePoint { share, out: normal.out(d) });
         }
-        let mut stencil =
-            Stencil { image_points: [start, self.image_points.len() as u32], ..Stencil::STILL };
+        let count = self.image_points.len() as u32 - first;
+        let mut stencil = Stencil { first, count, origin: image.origin, ..Stencil::STILL };
         if across != 0.0 && !matches!(other, Other::Nothing) {
             stencil.across = self.across.len() as u32;
             self.across.push(Across { share: across, other, wall: normal.out(0.0) });
@@ -291,18 +320,20 @@ impl<const D: usize> Stencils<D> {
         limit: Option<(f64, f64)>,
     ) -> Vector3<f64> {
         let (rest, orientation) = self.rigid(stencil, arm, &bodies[k]);
-        let (mut sum, mut first) = (Vector3::zeros(), None);
+        let (mut sum, mut first, ray) = (Vector3::zeros(), None, self.ray(stencil, arm));
         for image_point in self.image_points_of(stencil) {
-            let relative = image_point.velocity(grid, u) - (rest + image_point.out * orientation);
-            first.get_or_insert_with(|| relative.norm());
+            let relative =
+                ray.velocity(image_point.out, grid, u) - (rest + image_point.out * orientation);
+            first.get_or_insert(relative);
             sum += image_point.share * relative;
         }
         if let (Some((limit, largest)), Some(first)) = (limit, first) {
-            // first <= limit: the layer is resolved.
-            let most = first * (largest * limit / first.max(limit)).max(1.0);
-            let size = sum.norm();
+            // first <= limit: the layer is resolved. By squares, as hardly any is limited.
+            let (first, size) = (first.norm_squared(), sum.norm_squared());
+            let factor = if first <= limit * limit { first } else { limit * limit };
+            let most = first.max(largest * largest * factor);
             if size > most {
-                sum *= most / size;
+                sum *= (most / size).sqrt();
             }
         }
         let Some(across) = self.across.get(stencil.across as usize) else { return sum };
@@ -321,15 +352,29 @@ impl<const D: usize> Stencils<D> {
         body: &Body,
     ) -> f64 {
         let (rest, orientation) = self.rigid(stencil, arm, body);
-        let speed = |image_point: &ImagePoint<D>| {
-            (image_point.velocity(grid, u) - (rest + image_point.out * orientation)).norm()
+        let ray = self.ray(stencil, arm);
+        let speed = |image_point: &ImagePoint| {
+            let there = ray.velocity(image_point.out, grid, u);
+            (there - (rest + image_point.out * orientation)).norm()
         };
         self.image_points_of(stencil).iter().map(speed).fold(0.0, f64::max)
     }
 
     #[inline(always)]
-    fn image_points_of(&self, stencil: &Stencil) -> &[ImagePoint<D>] {
-        &self.image_points[stencil.image_points[0] as usize..stencil.image_points[1] as usize]
+    fn image_points_of(&self, stencil: &Stencil) -> &[ImagePoint] {
+        &self.image_points[stencil.first as usize..][..stencil.count as usize]
+    }
+
+    /// The line of a stencil through the cells.
+    #[inline(always)]
+    fn ray(&self, stencil: &Stencil, arm: &Vector3<f64>) -> Ray<D> {
+        let (mut start, mut along) = (self.centre, [0.0; D]);
+        let line = self.lines.get(stencil.line as usize);
+        for a in 0..D {
+            along[a] = self.inverse_h[a] * line.map_or(arm[a], |line| line.along[a]);
+            start[a] += line.map_or(0.0, |line| self.inverse_h[a] * line.from[a]);
+        }
+        Ray { origin: stencil.origin, start, along }
     }
 
     /// The rigid motion of a body along the line of a stencil, as `rest + out orientation` (m/s).
@@ -346,4 +391,9 @@ impl<const D: usize> Stencils<D> {
             Some(line) => (velocity + spin.cross(&line.from), spin.cross(&line.along)),
         }
     }
+}
+
+/// Where a point (m) lies along an axis among the middles of the stored cells (spacings).
+fn place<const D: usize>(grid: &Grid<D>, point: &Vector3<f64>, a: usize) -> f64 {
+    point[a] / grid.h[a] - 0.5 - grid.start[a] as f64 + grid.ghosts as f64
 }
