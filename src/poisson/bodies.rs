@@ -20,7 +20,7 @@ use super::lattice::Lattice;
 use super::system::{Factor, Origin};
 use crate::petsc::Session;
 use crate::{Error, Result};
-use surface::{Face, SurfaceCells};
+use surface::{Cell, Face, SurfaceCells};
 
 /// A face that a free body covers, in part or whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -256,20 +256,23 @@ impl Bodies {
         !self.weights.is_empty()
     }
 
-    /// y += sum_k w_k j_k (j_k . x). Collective.
-    pub fn add_product(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
+    /// Adds `sum_k w_k j_k (j_k . x)` cell by cell. Collective.
+    pub fn add_product(
+        &mut self,
+        x: impl Fn(&Cell) -> f64,
+        mut add: impl FnMut(&Cell, f64),
+    ) -> Result<()> {
         if !self.any() {
             return Ok(());
         }
         let Bodies { session, weights, layers, sums, shared, .. } = self;
         let finest = &layers[0];
-        finest.sum_up(session, shared, sums, |cell| x[cell.row as usize])?;
+        finest.sum_up(session, shared, sums, x)?;
         let groups = sums.chunks_exact(3).zip(finest.begin.windows(2));
         for ((sum, range), w) in groups.zip(weights) {
             let back: [f64; 3] = std::array::from_fn(|a| w[a] * sum[a]);
             for cell in &finest.cells[range[0]..range[1]] {
-                y[cell.row as usize] +=
-                    back[0] * cell.j[0] + back[1] * cell.j[1] + back[2] * cell.j[2];
+                add(cell, back[0] * cell.j[0] + back[1] * cell.j[1] + back[2] * cell.j[2]);
             }
         }
         Ok(())

@@ -13,6 +13,7 @@
 mod bodies;
 mod bottom;
 mod coefficient;
+mod conjugate;
 mod exact;
 mod export;
 mod held;
@@ -22,6 +23,7 @@ mod matrix;
 mod multigrid;
 pub mod pressure;
 mod solves;
+mod sweeps;
 mod system;
 mod transform;
 mod whole;
@@ -32,10 +34,11 @@ pub use solves::SolveRow;
 pub use system::{Factor, Origin, OwnSolve, System};
 
 use crate::grid::{Boundaries, BoundaryKind, Grid, largest, simd};
-use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
+use crate::petsc::{Ended, Goal, Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
 use coefficient::Coefficient;
+use conjugate::Conjugate;
 use held::HeldMean;
 use lattice::{Lattice, exchange};
 use multigrid::{Multigrid, Tuning};
@@ -70,6 +73,7 @@ pub struct Poisson {
     setups: u32,
     multigrid: Option<Cached<Multigrid>>,
     transform: Option<Cached<Transform>>,
+    conjugate: Conjugate,
 }
 
 /// A preconditioner and whether it has the present coefficient.
@@ -127,6 +131,7 @@ impl Poisson {
             setups: 0,
             multigrid: None,
             transform: None,
+            conjugate: Conjugate::default(),
             lattice,
         })
     }
@@ -319,6 +324,16 @@ impl Operator for Poisson {
         }
     }
 
+    fn solve(
+        &mut self,
+        b: &mut [f64],
+        x: &mut [f64],
+        goal: Goal,
+        residuals: Option<&mut Vec<f64>>,
+    ) -> Result<(Ended, u32)> {
+        self.conjugate_gradients(b, x, goal, residuals)
+    }
+
     fn accept(&self, own: OwnPreconditioner) -> Result<()> {
         match own {
             OwnPreconditioner::Multigrid => Tuning::read(&self.session).map(drop),
@@ -335,7 +350,8 @@ impl Operator for Poisson {
 impl Poisson {
     /// `y += L x`: free bodies and a held mean velocity. Collective.
     fn add_low_rank(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        self.bodies.add_product(x, y)?;
-        self.held.add_product(&self.session, x, y)
+        self.bodies
+            .add_product(|cell| x[cell.row as usize], |cell, v| y[cell.row as usize] += v)?;
+        self.held.add_product(&self.session, |row| x[row], |row, v| y[row] += v)
     }
 }

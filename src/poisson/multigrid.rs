@@ -17,6 +17,7 @@ use super::bodies::Bodies;
 use super::bottom::{Dense, Gather};
 use super::lattice::Lattice;
 use super::level::{Level, Single};
+use super::sweeps::Pass;
 use super::whole::Whole;
 use crate::petsc::Session;
 use crate::{Error, Result};
@@ -117,8 +118,10 @@ impl Gathered {
 pub(super) struct Multigrid {
     pub levels: Vec<Level>,
     bottom: Bottom,
-    /// Weights of the sweeps.
-    omega: Vec<Single>,
+    /// What is done before the coarser level, from zero and from a given x, and after it.
+    from_zero: Vec<Pass>,
+    down: Vec<Pass>,
+    up: Vec<Pass>,
     tuning: Tuning,
 }
 
@@ -168,8 +171,13 @@ impl Multigrid {
             let (middle, half) = (0.5 * (2.0 + SMOOTH_FROM), 0.5 * (2.0 - SMOOTH_FROM));
             middle + half * (PI * (k as f64 + 0.5) / tuning.smooth as f64).cos()
         };
-        let omega = (0..tuning.smooth).map(|k| (1.0 / root(k)) as Single).collect();
-        Multigrid { levels, bottom, omega, tuning }
+        let omega: Vec<_> = (0..tuning.smooth).map(|k| (1.0 / root(k)) as Single).collect();
+        let sweeps = || omega.iter().copied().map(Pass::Sweep);
+        let first = [Pass::FromZero(omega[0])].into_iter();
+        let from_zero = first.chain(sweeps().skip(1)).chain([Pass::Restrict]).collect();
+        let down = sweeps().chain([Pass::Restrict]).collect();
+        let up = [Pass::Prolong].into_iter().chain(sweeps().rev()).collect();
+        Multigrid { levels, bottom, from_zero, down, up, tuning }
     }
 
     /// Everything that follows from the faces of the finest level, and from the `bodies` there: a
@@ -213,38 +221,45 @@ impl Multigrid {
             }
             _ => {}
         }
-        self.smooth(l, bodies, from_zero, false)?;
-        if !last {
-            let (fine, coarse) = self.levels.split_at_mut(l + 1);
-            fine[l].restrict(&mut coarse[0])?;
-            bodies.restrict(l, &fine[l], &mut coarse[0])?;
-            self.visit(l + 1, bodies, true)?;
-            let exact = matches!(self.bottom, Bottom::Exact(_)) && l + 2 == self.levels.len();
-            if l + 1 >= self.tuning.twice_from && !exact {
-                self.visit(l + 1, bodies, false)?;
-            }
-            let (fine, coarse) = self.levels.split_at_mut(l + 1);
-            fine[l].prolong(&coarse[0]);
+        let sweeps = self.tuning.smooth;
+        let Multigrid { levels, from_zero: first, down, up, .. } = self;
+        let down = if from_zero { &*first } else { &*down };
+        if last {
+            smooth(&mut levels[l..], None, &down[..sweeps])?;
+            return smooth(&mut levels[l..], None, &up[1..]);
         }
-        self.smooth(l, bodies, false, true)
+        smooth(&mut levels[l..], Some((l, bodies)), down)?;
+        let (fine, coarse) = levels.split_at_mut(l + 1);
+        bodies.restrict(l, &fine[l], &mut coarse[0])?;
+        self.visit(l + 1, bodies, true)?;
+        let exact = matches!(self.bottom, Bottom::Exact(_)) && l + 2 == self.levels.len();
+        if l + 1 >= self.tuning.twice_from && !exact {
+            self.visit(l + 1, bodies, false)?;
+        }
+        smooth(&mut self.levels[l..], Some((l, bodies)), &self.up)
     }
+}
 
-    /// All sweeps, after the coarser level in the opposite order.
-    fn smooth(&mut self, l: usize, bodies: &mut Bodies, from_zero: bool, back: bool) -> Result<()> {
-        let count = self.omega.len();
-        for k in 0..count {
-            let level = &mut self.levels[l];
-            let (omega, first) =
-                (self.omega[if back { count - 1 - k } else { k }], k == 0 && from_zero);
-            if first {
-                level.smooth_from_zero(omega);
-            } else {
-                level.smooth(omega)?;
-            }
-            if l + 1 < self.levels.len() {
-                bodies.correct(l, &mut self.levels[l], omega, first)?;
-            }
-        }
-        Ok(())
+/// Does the passes on the first of the levels, among bodies where there are such on it.
+fn smooth(
+    levels: &mut [Level],
+    bodies: Option<(usize, &mut Bodies)>,
+    passes: &[Pass],
+) -> Result<()> {
+    let (level, coarse) = levels.split_at_mut(1);
+    let (level, mut coarse) = (&mut level[0], coarse.first_mut());
+    let mut bodies = bodies.filter(|(l, bodies)| bodies.on(*l));
+    if level.has_all() && bodies.is_none() {
+        level.pass_together(passes, coarse);
+        return Ok(());
     }
+    for pass in passes {
+        level.pass(*pass, coarse.as_deref_mut())?;
+        let (Some((l, bodies)), Pass::FromZero(omega) | Pass::Sweep(omega)) = (&mut bodies, pass)
+        else {
+            continue;
+        };
+        bodies.correct(*l, level, *omega, matches!(pass, Pass::FromZero(_)))?;
+    }
+    Ok(())
 }

@@ -36,7 +36,7 @@ const RESOLVED: f64 = 3.5;
 
 impl Bodies {
     /// Whether the multigrid's level `l` has bodies.
-    fn on(&self, l: usize) -> bool {
+    pub fn on(&self, l: usize) -> bool {
         self.active && l < self.layers.len() && !self.layers[l].smooth.is_empty()
     }
 
@@ -165,9 +165,6 @@ impl Bodies {
         omega: Single,
         from_zero: bool,
     ) -> Result<()> {
-        if !self.on(l) {
-            return Ok(());
-        }
         let Bodies { session, layers, sums, shared, .. } = self;
         let layer = &mut layers[l];
         if !from_zero {
