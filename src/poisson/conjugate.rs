@@ -207,7 +207,12 @@ impl Poisson {
         let level = &mut levels[0];
         exchange(&mut level.halo, lattice.axes, &mut level.x)?;
         let (z, nx) = (&level.x, lattice.n[0]);
-        let Conjugate { r, s, w, .. } = v;
+        let value = |place: usize| up * f64::from(z[place]);
+        if bodies.any() {
+            let ny = lattice.n[1];
+            bodies.respond(|row, at| value(lattice.row(row % ny, row / ny) + at))?;
+        }
+        let (bodies, Conjugate { r, s, w, .. }) = (&*bodies, v);
         let mut sums = simd(
             #[inline(always)]
             || {
@@ -223,6 +228,10 @@ impl Poisson {
                         #[inline(always)]
                         |_, _, flux: f64| -up * flux,
                     );
+                    bodies.terms(row).for_each(
+                        #[inline(always)]
+                        |(at, term)| w[at] += term,
+                    );
                     let (r, s, z) = (&r[range.clone()], &s[range], &z[at..][..nx]);
                     match first {
                         true => add_row::<true>(&mut lanes, (r, z, w, s), up),
@@ -232,18 +241,12 @@ impl Poisson {
                 Sums::of(lanes.map(|lane| lane.iter().sum()))
             },
         );
-        let mut add = |row: usize, z: f64, change: f64| {
-            let s = if first { 0.0 } else { s[row] };
-            sums.change(w[row], change, (r[row], z, s));
-            w[row] += change;
-        };
-        let value = |place: usize| up * f64::from(z[place]);
-        bodies.add_product(
-            |cell| value(cell.place as usize),
-            |cell, change| add(cell.row as usize, value(cell.place as usize), change),
-        )?;
         let of_row = |row: usize| value(lattice.place(row));
-        held.add_product(session, of_row, |row, change| add(row, of_row(row), change))?;
+        held.add_product(session, of_row, |row, change| {
+            let s = if first { 0.0 } else { s[row] };
+            sums.change(w[row], change, (r[row], of_row(row), s));
+            w[row] += change;
+        })?;
         let mut numbers = sums.numbers();
         session.sum(&mut numbers)?;
         Ok(Sums::of(numbers))

@@ -109,7 +109,6 @@ impl Poisson {
             }),
             ends,
             at_end,
-            whole,
             singular: !boundaries.fixes_pressure(),
             coefficient: Coefficient::Nothing,
             g: Default::default(),
@@ -117,7 +116,7 @@ impl Poisson {
             x: Vec::new(),
             bodies: Bodies::new(
                 session,
-                D,
+                &whole,
                 std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
             ),
             held: HeldMean::default(),
@@ -132,8 +131,17 @@ impl Poisson {
             multigrid: None,
             transform: None,
             conjugate: Conjugate::default(),
+            whole,
             lattice,
         })
+    }
+
+    /// Takes the largest extent of a free body (m): a rank looks for bodies that it shares as far
+    /// away, among all ranks until this is told. The same on every rank.
+    pub fn set_extent(&mut self, across: f64) {
+        // A face's cells on both sides, and a body between two faces.
+        let cells = |a: usize| across * self.inverse_h2[a].sqrt() + 3.0;
+        self.bodies.set_reach(std::array::from_fn(cells));
     }
 
     /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the
@@ -350,8 +358,13 @@ impl Operator for Poisson {
 impl Poisson {
     /// `y += L x`: free bodies and a held mean velocity. Collective.
     fn add_low_rank(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        self.bodies
-            .add_product(|cell| x[cell.row as usize], |cell, v| y[cell.row as usize] += v)?;
-        self.held.add_product(&self.session, |row| x[row], |row, v| y[row] += v)
+        if self.bodies.any() {
+            let nx = self.lattice.n[0];
+            self.bodies.respond(|row, at| x[row * nx + at])?;
+            for (row, y) in y.chunks_exact_mut(nx).enumerate() {
+                self.bodies.terms(row).for_each(|(at, term)| y[at] += term);
+            }
+        }
+        self.held.add_product(&self.session, |row| x[row], |row, term| y[row] += term)
     }
 }

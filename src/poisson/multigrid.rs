@@ -149,7 +149,7 @@ impl Multigrid {
                     ..tuning
                 };
                 let inner = Multigrid::new(session, whole.gathered(session.rank()), singular, left);
-                let bodies = Bodies::new(session, whole.axes, [0.0; 3]);
+                let bodies = Bodies::new(session, &whole, [0.0; 3]);
                 break Bottom::Gathered(Box::new(Gathered {
                     gather: Gather::new(session, &whole),
                     inner,
