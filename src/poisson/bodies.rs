@@ -59,6 +59,8 @@ pub(super) struct Bodies {
     /// The cells that each body fills, by axis, and nothing for its turning: three numbers a group,
     /// summed over the ranks that have it.
     volumes: Vec<f64>,
+    /// Cells across the largest of them, as far as is known.
+    across: f64,
     /// The groups that have faces here.
     here: Vec<u32>,
     shared: Shared,
@@ -104,6 +106,7 @@ impl Bodies {
             inverse_h,
             layers: vec![SurfaceCells::default()],
             volumes: Vec::new(),
+            across: 0.0,
             here: Vec::new(),
             shared: Shared::new(session, whole),
             rows: ByRow::default(),
@@ -173,6 +176,7 @@ impl Bodies {
     /// not known; the same on every rank.
     pub fn set_reach(&mut self, cells: [f64; 3]) {
         self.shared.set_reach(cells);
+        self.across = cells.into_iter().filter(|c| c.is_finite()).fold(0.0, f64::max);
     }
 
     /// Whether these numbers are no modes.
@@ -254,12 +258,16 @@ impl Bodies {
         !self.weights.is_empty()
     }
 
-    /// Takes x, by row of the grid and place in it, to `w_k (j_k . x)` of each mode, which
-    /// [`Bodies::terms`] gives the cells. Collective.
-    pub fn respond(&mut self, x: impl Fn(usize, usize) -> f64) -> Result<()> {
+    /// Takes x, a value by place, to `w_k (j_k . x)` of each mode, which [`Bodies::terms`] gives the
+    /// cells; `begin` says where a row of the grid begins. Collective.
+    pub fn respond(
+        &mut self,
+        begin: impl Fn(usize) -> usize,
+        x: impl Fn(usize) -> f64,
+    ) -> Result<()> {
         let Bodies { weights, sums, shared, rows, .. } = self;
         sums.fill(0.0);
-        rows.add_up(sums, x);
+        rows.add_up(sums, begin, x);
         shared.sum(3, sums)?;
         for (sum, w) in sums.chunks_exact_mut(3).zip(weights) {
             sum.iter_mut().zip(w).for_each(|(sum, w)| *sum *= *w);

@@ -210,7 +210,7 @@ impl Poisson {
         let value = |place: usize| up * f64::from(z[place]);
         if bodies.any() {
             let ny = lattice.n[1];
-            bodies.respond(|row, at| value(lattice.row(row % ny, row / ny) + at))?;
+            bodies.respond(|row| lattice.row(row % ny, row / ny), value)?;
         }
         let (bodies, Conjugate { r, s, w, .. }) = (&*bodies, v);
         let mut sums = simd(

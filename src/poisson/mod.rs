@@ -20,6 +20,7 @@ mod held;
 mod lattice;
 mod level;
 mod matrix;
+mod merged;
 mod multigrid;
 pub mod pressure;
 mod solves;
@@ -185,7 +186,8 @@ impl Poisson {
             Some(made) => made,
             None => {
                 let tuning = Tuning::read(&self.session)?;
-                let made = Multigrid::new(&self.session, self.whole.clone(), self.singular, tuning);
+                let (whole, resolving) = (self.whole.clone(), self.bodies.resolving());
+                let made = Multigrid::new(&self.session, whole, self.singular, tuning, resolving);
                 Cached { made, valid: false }
             }
         };
@@ -360,7 +362,7 @@ impl Poisson {
     fn add_low_rank(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
         if self.bodies.any() {
             let nx = self.lattice.n[0];
-            self.bodies.respond(|row, at| x[row * nx + at])?;
+            self.bodies.respond(|row| row * nx, |cell| x[cell])?;
             for (row, y) in y.chunks_exact_mut(nx).enumerate() {
                 self.bodies.terms(row).for_each(|(at, term)| y[at] += term);
             }

@@ -52,11 +52,18 @@ impl ByRow {
         }
     }
 
-    /// Adds to the groups' `sums` j times the value of each cell by row and place.
-    pub fn add_up(&self, sums: &mut [f64], value: impl Fn(usize, usize) -> f64) {
+    /// Adds to the groups' `sums` j times the value of each cell by its place; `begin` says where a
+    /// row begins.
+    pub fn add_up(
+        &self,
+        sums: &mut [f64],
+        begin: impl Fn(usize) -> usize,
+        value: impl Fn(usize) -> f64,
+    ) {
         for row in 0..self.begin.len().saturating_sub(2) {
+            let start = begin(row);
             for cell in self.row(row) {
-                let x = value(row, cell.at as usize);
+                let x = value(start + cell.at as usize);
                 let sums = &mut sums[3 * cell.group as usize..][..3];
                 sums.iter_mut().zip(&cell.j).for_each(|(sum, j)| *sum += j * x);
             }

@@ -106,6 +106,9 @@ impl Shared {
 
     /// Finds which of the groups `here`, in their order, lie on other ranks too. Collective.
     pub fn find(&mut self, here: &[u32]) -> Result<()> {
+        if self.reach.is_none() {
+            self.set_reach([f64::INFINITY; 3]);
+        }
         let Shared { session, peers, directions, groups, send, .. } = self;
         send.clear();
         send.extend(here.iter().map(|group| f64::from(*group)));

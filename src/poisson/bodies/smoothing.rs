@@ -39,6 +39,12 @@ impl Bodies {
         self.active && l < self.layers.len() && !self.layers[l].smooth.is_empty()
     }
 
+    /// How many levels resolve the largest body.
+    pub fn resolving(&self) -> usize {
+        let levels = |l: &usize| self.across >= RESOLVED * (1u64 << l) as f64;
+        (0..30).take_while(levels).count()
+    }
+
     /// What smoothing needs on level `l`, in units in which the finest level's largest face is 1:
     /// `scale` times the weights. Raises the diagonal where bodies lie. Collective.
     pub fn prepare(&mut self, l: usize, level: &mut Level, scale: f64) -> Result<()> {
