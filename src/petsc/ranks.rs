@@ -157,6 +157,44 @@ impl Session {
         })
     }
 
+    /// Gathers every rank's numbers on all ranks: `counts` of them from `starts` on in `all`, by
+    /// rank. Collective.
+    pub(crate) fn all_gather<T: Number>(
+        &self,
+        mine: &[T],
+        all: &mut [T],
+        counts: &[i32],
+        starts: &[i32],
+    ) -> Result<()> {
+        let fits = counts
+            .iter()
+            .zip(starts)
+            .all(|(n, s)| *n >= 0 && *s >= 0 && (n + s) as usize <= all.len());
+        if !fits
+            || counts.len() != self.size()
+            || starts.len() != self.size()
+            || counts[self.rank()] as usize > mine.len()
+        {
+            return Err(Error::Run("a gathering does not fit its buffers".into()));
+        }
+        self.tell(Traffic::meeting(size_of_val(&mine[..counts[self.rank()] as usize])));
+        // SAFETY: checked above, and every rank makes the same call.
+        check("MPI_Allgatherv", unsafe {
+            let (number, n) = (T::datatype(), counts[self.rank()]);
+            let (to, counts, starts) = (all.as_mut_ptr().cast(), counts.as_ptr(), starts.as_ptr());
+            ffi::MPI_Allgatherv(
+                mine.as_ptr().cast(),
+                n,
+                number,
+                to,
+                counts,
+                starts,
+                number,
+                self.comm(),
+            )
+        })
+    }
+
     /// Whether something holds on any rank. Collective.
     pub fn anywhere(&self, here: bool) -> Result<bool> {
         let mut flag = [f64::from(here)];
