@@ -123,6 +123,12 @@ pub(super) fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
     }
 }
 
+/// Whether any option of the user's is PETSc's to follow or to show: all but those of our own
+/// multigrid.
+pub(super) fn steers_solver(session: &Session) -> Result<bool> {
+    session.any_user_option(|name| !name.starts_with("pc_boxmg_"))
+}
+
 /// Whether an option has a matrix written with its numbers.
 pub(super) fn writes_numbers(session: &Session, name: &str) -> Result<bool> {
     let value = session.option(name)?.unwrap_or_default();

@@ -8,11 +8,8 @@
 //! Slabs span the stored extent of the other axes, so that doing the axes in order fills edges and
 //! corners too.
 
-use super::failure::check;
-use super::{Layout, Number, Session, Traffic};
+use super::{Layout, Number, Session};
 use crate::Result;
-use petsc_sys as ffi;
-use std::{ffi::c_int, ptr};
 
 /// Fills ghost layers that belong to other ranks, or to this one across a period.
 pub struct Halo<T = f64> {
@@ -83,38 +80,13 @@ impl<T: Number> Halo<T> {
             if a.neighbours[to].is_some() {
                 a.copy_out(source, field, &mut self.send);
             }
-            self.swap(n, a.neighbours[to], a.neighbours[from], to as c_int)?;
+            let Halo { session, send, receive, .. } = &mut *self;
+            session.swap(&send[..n], a.neighbours[to], &mut receive[..n], a.neighbours[from])?;
             if a.neighbours[from].is_some() {
                 a.copy_in(target, field, &self.receive);
             }
         }
         Ok(())
-    }
-
-    fn swap(&mut self, n: usize, to: Option<usize>, from: Option<usize>, tag: c_int) -> Result<()> {
-        // OpenMPI's MPI_PROC_NULL: a message to nobody.
-        let rank = |r: Option<usize>| r.map_or(-2, |r| r as c_int);
-        let number = T::datatype();
-        if to.is_some() {
-            self.session.tell(Traffic::message(size_of_val(&self.send[..n])));
-        }
-        // SAFETY: both buffers hold at least n numbers; the neighbours make the mirrored call.
-        check("MPI_Sendrecv", unsafe {
-            ffi::MPI_Sendrecv(
-                self.send.as_ptr().cast(),
-                n as c_int,
-                number,
-                rank(to),
-                tag,
-                self.receive.as_mut_ptr().cast(),
-                n as c_int,
-                number,
-                rank(from),
-                tag,
-                self.session.comm(),
-                ptr::null_mut(),
-            )
-        })
     }
 }
 

@@ -27,7 +27,7 @@ pub use choice::Choice;
 pub use halo::Halo;
 pub use history::{Attempt, History};
 pub use layout::Layout;
-pub use operator::{Operator, OwnPreconditioner};
+pub use operator::{Ended, Goal, Operator, OwnPreconditioner};
 pub use ranks::{Number, Traffic};
 pub use session::Session;
 pub use solver::{LinearSolver, Solved};

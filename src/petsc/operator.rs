@@ -42,11 +42,66 @@ pub trait Operator {
     /// `z` from `r`, about `A z = r`, symmetric and positive. Collective.
     fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()>;
 
+    /// Solves `A x = b` from x = 0 by conjugate gradients with its own multigrid, until the true
+    /// residual is as the goal says; takes the mean out of b, and out of x, where constants solve
+    /// the homogeneous system. Hands over the residuals, that of zero first, and returns how it
+    /// ended and the iterations. Collective.
+    fn solve(
+        &mut self,
+        b: &mut [f64],
+        x: &mut [f64],
+        goal: Goal,
+        residuals: Option<&mut Vec<f64>>,
+    ) -> Result<(Ended, u32)>;
+
     /// Whether it can be preconditioned so, before anything is solved.
     ///
     /// # Errors
     /// When an option of the preconditioner is wrong, or it does not work on so many ranks.
     fn accept(&self, own: OwnPreconditioner) -> Result<()>;
+}
+
+/// How far an operator's own solve goes: until the residual's 2-norm is below `rtol` times the right
+/// side's, or below `atol`, in so many iterations at most.
+#[derive(Clone, Copy, Debug)]
+pub struct Goal {
+    /// Relative to the right side.
+    pub rtol: f64,
+    /// Absolute.
+    pub atol: f64,
+    /// Iterations at most.
+    pub iterations: u32,
+}
+
+/// How an operator's own solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// At its goal.
+    Converged,
+    /// After as many iterations as it may take.
+    TooMany,
+    /// The residual grew.
+    Diverged,
+    /// The preconditioner is not positive.
+    IndefinitePreconditioner,
+    /// A number is infinite or none.
+    NotFinite,
+    /// The operator is not positive.
+    IndefiniteOperator,
+}
+
+impl Ended {
+    /// PETSc's `KSPConvergedReason` for it.
+    pub(super) fn reason(self) -> ffi::KSPConvergedReason {
+        match self {
+            Ended::Converged => 2,
+            Ended::TooMany => -3,
+            Ended::Diverged => -4,
+            Ended::IndefinitePreconditioner => -8,
+            Ended::NotFinite => -9,
+            Ended::IndefiniteOperator => -10,
+        }
+    }
 }
 
 /// The preconditioners that operators bring along.
@@ -183,6 +238,19 @@ impl Shell {
         // SAFETY: as above.
         let operator = unsafe { &self.state.as_ref().operator };
         Ok(operator.try_borrow().map_err(|_| in_use())?.setups())
+    }
+
+    /// The operator's own solve of `A x = b`, as [`Operator::solve`]. Collective.
+    pub fn solve(
+        &self,
+        b: &mut [f64],
+        x: &mut [f64],
+        goal: Goal,
+        residuals: Option<&mut Vec<f64>>,
+    ) -> Result<(Ended, u32)> {
+        // SAFETY: as above.
+        let operator = unsafe { &self.state.as_ref().operator };
+        operator.try_borrow_mut().map_err(|_| in_use())?.solve(b, x, goal, residuals)
     }
 
     /// What went wrong in a call, once.

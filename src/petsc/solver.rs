@@ -5,7 +5,7 @@
 use super::Session;
 use super::choice::{
     Choice, bad_option, default_options, number, refuse_empty_views, refuse_what_ends_the_program,
-    relative_tolerance, writes_numbers,
+    relative_tolerance, steers_solver, writes_numbers,
 };
 use super::failure::check;
 use super::history::{History, System};
@@ -48,6 +48,8 @@ pub struct LinearSolver {
     pub(super) reuse: Reuse,
     /// Whether the Krylov method's operator is another than the matrix.
     pub(super) differs: bool,
+    /// Whether the operator's own conjugate gradients solve in place of PETSc's.
+    pub(super) by_operator: bool,
     /// Whether there is no iteration, but one application of the preconditioner.
     pub(super) preconditioner_alone: bool,
     /// Whether the user has the operator written as a matrix.
@@ -114,6 +116,7 @@ impl LinearSolver {
                 None => Reuse::by_options(session, choice == Choice::BcgsBoomeramg && !chosen)?,
             },
             differs: true,
+            by_operator: choice == Choice::Multigrid && !steers_solver(session)?,
             preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
             writes_operator: writes_numbers(session, "-ksp_view_mat")?,
             history: History::default(),

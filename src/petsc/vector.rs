@@ -29,17 +29,18 @@ pub(super) unsafe fn read<T>(
 ///
 /// # Safety
 /// As for [`read`].
-pub(super) unsafe fn write(
+pub(super) unsafe fn write<T>(
     vector: ffi::Vec,
     len: usize,
-    fill: impl FnOnce(&mut [f64]),
-) -> Result<()> {
+    fill: impl FnOnce(&mut [f64]) -> T,
+) -> Result<T> {
     let mut data = ptr::null_mut();
     // SAFETY: as for reading.
     unsafe {
         check("VecGetArray", ffi::VecGetArray(vector, &mut data))?;
-        fill(if len == 0 { &mut [] } else { slice::from_raw_parts_mut(data, len) });
-        check("VecRestoreArray", ffi::VecRestoreArray(vector, &mut data))
+        let filled = fill(if len == 0 { &mut [] } else { slice::from_raw_parts_mut(data, len) });
+        check("VecRestoreArray", ffi::VecRestoreArray(vector, &mut data))?;
+        Ok(filled)
     }
 }
 

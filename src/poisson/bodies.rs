@@ -13,13 +13,19 @@
 //! In the multigrid they take part on the levels that resolve them (`smoothing`), with `j` summed
 //! over coarse cells (`surface`).
 
+mod by_row;
+mod shared;
 mod smoothing;
 mod surface;
 
 use super::lattice::Lattice;
 use super::system::{Factor, Origin};
+use super::whole::Whole;
 use crate::petsc::Session;
 use crate::{Error, Result};
+use by_row::ByRow;
+use shared::Shared;
+use std::f64::consts::PI;
 use surface::{Face, SurfaceCells};
 
 /// A face that a free body covers, in part or whole.
@@ -37,31 +43,6 @@ pub struct ModeFace {
     pub part: f64,
 }
 
-/// The groups that have cells on more than one rank: the others need nobody else's numbers.
-#[derive(Default)]
-struct Shared {
-    groups: Vec<u32>,
-    /// Scratch: their numbers, one group after the other.
-    packed: Vec<f64>,
-}
-
-impl Shared {
-    /// Sums the `width` numbers of each such group over the ranks. Collective.
-    fn sum(&mut self, session: &Session, width: usize, numbers: &mut [f64]) -> Result<()> {
-        if self.groups.is_empty() {
-            return Ok(());
-        }
-        let of = |group: &u32| width * *group as usize..width * (*group as usize + 1);
-        self.packed.clear();
-        self.groups.iter().for_each(|group| self.packed.extend_from_slice(&numbers[of(group)]));
-        session.sum(&mut self.packed)?;
-        for (group, sums) in self.groups.iter().zip(self.packed.chunks_exact(width)) {
-            numbers[of(group)].copy_from_slice(sums);
-        }
-        Ok(())
-    }
-}
-
 /// All bodies, as far as they lie on this rank. Their modes come in groups: a body's motion along
 /// the axes; then, of those that pressure turns, its turning.
 pub(super) struct Bodies {
@@ -75,11 +56,19 @@ pub(super) struct Bodies {
     inverse_h: [f64; 3],
     /// By level, as far as any level has had bodies.
     layers: Vec<SurfaceCells>,
-    /// The cells that each body fills, by axis, and nothing for its turning: three numbers a group;
-    /// then, of each group, on how many ranks it has cells. Summed over the ranks.
+    /// The cells that each body fills, by axis, and nothing for its turning: three numbers a group,
+    /// summed over the ranks that have it.
     volumes: Vec<f64>,
+    /// Cells across the largest of them, as far as is known.
+    across: f64,
+    /// The groups that have faces here.
+    here: Vec<u32>,
     shared: Shared,
     sums: Vec<f64>,
+    /// The finest level's cells as products take them.
+    rows: ByRow,
+    /// The fluid's density over the lightest body's, times the cells across it, per unit of weight.
+    lightest: f64,
     /// Whether any is light enough to take part in the multigrid.
     active: bool,
 }
@@ -108,16 +97,20 @@ impl Frame {
 }
 
 impl Bodies {
-    pub fn new(session: &Session, axes: usize, inverse_h: [f64; 3]) -> Bodies {
+    pub fn new(session: &Session, whole: &Whole, inverse_h: [f64; 3]) -> Bodies {
         Bodies {
             session: session.clone(),
-            axes,
+            axes: whole.axes,
             weights: Vec::new(),
             owner: Vec::new(),
             inverse_h,
             layers: vec![SurfaceCells::default()],
             volumes: Vec::new(),
-            shared: Shared::default(),
+            across: 0.0,
+            here: Vec::new(),
+            shared: Shared::new(session, whole),
+            rows: ByRow::default(),
+            lightest: 0.0,
             sums: Vec::new(),
             active: false,
         }
@@ -135,7 +128,7 @@ impl Bodies {
     ) -> Result<()> {
         let groups = weights.len() / self.axes;
         let bodies = groups.saturating_sub(turning.len());
-        self.refuse_unsound(frame, weights, covered, turning, (groups, bodies))?;
+        let unsound = self.is_unsound(frame, weights, covered, turning, (groups, bodies));
         self.weights.clear();
         self.weights.extend(
             weights
@@ -144,23 +137,57 @@ impl Bodies {
         );
         self.owner.clear();
         self.owner.extend((0..bodies as u32).chain(turning.iter().copied()));
-        for (numbers, width) in [(&mut self.sums, 3), (&mut self.volumes, 4)] {
+        for numbers in [&mut self.sums, &mut self.volumes] {
             numbers.clear();
-            numbers.resize(width * self.weights.len(), 0.0);
+            numbers.resize(3 * self.weights.len(), 0.0);
         }
-        self.take_faces(lattice, frame, covered, bodies)?;
-        self.find_shared()
+        let covered = if unsound { &[] } else { covered };
+        let strays = self.take_faces(lattice, frame, covered, bodies);
+        self.rows.sort(&self.layers[0], lattice.n[0], lattice.n[1] * lattice.n[2]);
+        self.shared.find(&self.here)?;
+        self.shared.sum(3, &mut self.volumes)?;
+        self.agree(unsound, strays)
     }
 
-    /// Refuses numbers that are no modes. Collective.
-    fn refuse_unsound(
+    /// Refuses what is unsound on any rank, and finds the lightest body of all. Collective.
+    fn agree(&mut self, unsound: bool, strays: bool) -> Result<()> {
+        let of_body = |(v, w): (&f64, &f64)| v * w * cells_across(*v, self.axes);
+        let light = self.volumes.iter().zip(self.weights.iter().flatten()).map(of_body);
+        let mut all = [light.fold(0.0, f64::max), f64::from(unsound), f64::from(strays)];
+        self.session.max(&mut all)?;
+        let [lightest, unsound, strays] = all;
+        self.lightest = lightest;
+        if unsound > 0.0 {
+            return Err(Error::Run(
+                "a free body's mode in the pressure equation is not finite, has a negative weight, \
+                or has a face that is not its rank's"
+                    .into(),
+            ));
+        }
+        if strays > 0.0 {
+            return Err(Error::Run(
+                "free bodies' modes in the pressure equation are not in the bodies' order".into(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Takes the largest number of cells that a body spans along each axis, infinite where that is
+    /// not known; the same on every rank.
+    pub fn set_reach(&mut self, cells: [f64; 3]) {
+        self.shared.set_reach(cells);
+        self.across = cells.into_iter().filter(|c| c.is_finite()).fold(0.0, f64::max);
+    }
+
+    /// Whether these numbers are no modes.
+    fn is_unsound(
         &self,
         frame: &Frame,
         weights: &[f64],
         covered: &[ModeFace],
         turning: &[u32],
         (groups, bodies): (usize, usize),
-    ) -> Result<()> {
+    ) -> bool {
         let (axes, stored) = (self.axes, frame.stored.iter().product::<usize>());
         let mut unsound = !weights.len().is_multiple_of(axes)
             || weights.iter().any(|w| !w.is_finite() || *w < 0.0);
@@ -171,26 +198,21 @@ impl Bodies {
             let known = mode < weights.len() && axis < axes && (e.face as usize) < stored;
             !(known && e.part.is_finite() && (moves || mode / axes >= bodies))
         });
-        if self.session.anywhere(unsound)? {
-            return Err(Error::Run(
-                "a free body's mode in the pressure equation is not finite, has a negative weight, \
-                or has a face that is not its rank's"
-                    .into(),
-            ));
-        }
-        Ok(())
+        unsound
     }
 
     /// Takes the covered faces of all groups to the finest level, with the cells beside them and
-    /// the volumes of the bodies. Collective.
+    /// the volumes of the bodies. Returns whether there are faces out of the groups' order: those
+    /// of a group have to stand together.
     fn take_faces(
         &mut self,
         lattice: &Lattice,
         frame: &Frame,
         covered: &[ModeFace],
         bodies: usize,
-    ) -> Result<()> {
+    ) -> bool {
         let axes = self.axes;
+        self.here.clear();
         let finest = &mut self.layers[0];
         finest.clear(lattice);
         // Bodies that move cut now more cells, now fewer.
@@ -224,31 +246,11 @@ impl Bodies {
                 }
             }
             finest.collect(lattice, &self.inverse_h, first);
+            if finest.faces.len() > first {
+                self.here.push(group as u32);
+            }
         }
-        // A group's faces have to stand together.
-        if self.session.anywhere(!rest.is_empty())? {
-            return Err(Error::Run(
-                "free bodies' modes in the pressure equation are not in the bodies' order".into(),
-            ));
-        }
-        Ok(())
-    }
-
-    /// Finds the groups that have cells on several ranks, and sums the volumes. Collective.
-    fn find_shared(&mut self) -> Result<()> {
-        let begin = &self.layers[0].begin;
-        let here = begin.windows(2).map(|range| f64::from(u8::from(range[1] > range[0])));
-        self.volumes[3 * self.weights.len()..]
-            .iter_mut()
-            .zip(here)
-            .for_each(|(count, here)| *count = here);
-        self.session.sum(&mut self.volumes)?;
-        let counts = self.volumes[3 * self.weights.len()..].iter();
-        self.shared.groups.clear();
-        self.shared.groups.extend(
-            (0u32..).zip(counts).filter(|(_, count)| **count > 1.0).map(|(group, _)| group),
-        );
-        Ok(())
+        !rest.is_empty()
     }
 
     /// Whether there are any.
@@ -256,23 +258,34 @@ impl Bodies {
         !self.weights.is_empty()
     }
 
-    /// y += sum_k w_k j_k (j_k . x). Collective.
-    pub fn add_product(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        if !self.any() {
-            return Ok(());
-        }
-        let Bodies { session, weights, layers, sums, shared, .. } = self;
-        let finest = &layers[0];
-        finest.sum_up(session, shared, sums, |cell| x[cell.row as usize])?;
-        let groups = sums.chunks_exact(3).zip(finest.begin.windows(2));
-        for ((sum, range), w) in groups.zip(weights) {
-            let back: [f64; 3] = std::array::from_fn(|a| w[a] * sum[a]);
-            for cell in &finest.cells[range[0]..range[1]] {
-                y[cell.row as usize] +=
-                    back[0] * cell.j[0] + back[1] * cell.j[1] + back[2] * cell.j[2];
-            }
+    /// Takes x, a value by place, to `w_k (j_k . x)` of each mode, which [`Bodies::terms`] gives the
+    /// cells; `begin` says where a row of the grid begins. Collective.
+    pub fn respond(
+        &mut self,
+        begin: impl Fn(usize) -> usize,
+        x: impl Fn(usize) -> f64,
+    ) -> Result<()> {
+        let Bodies { weights, sums, shared, rows, .. } = self;
+        sums.fill(0.0);
+        rows.add_up(sums, begin, x);
+        shared.sum(3, sums)?;
+        for (sum, w) in sums.chunks_exact_mut(3).zip(weights) {
+            sum.iter_mut().zip(w).for_each(|(sum, w)| *sum *= *w);
         }
         Ok(())
+    }
+
+    /// What the modes add to the cells of a row, by place in it.
+    #[inline(always)]
+    pub fn terms(&self, row: usize) -> impl Iterator<Item = (usize, f64)> {
+        self.rows.row(row).iter().map(
+            #[inline(always)]
+            |cell| {
+                let back = &self.sums[3 * cell.group as usize..][..3];
+                let value = back[0] * cell.j[0] + back[1] * cell.j[1] + back[2] * cell.j[2];
+                (cell.at as usize, value)
+            },
+        )
     }
 
     /// The modes that have a weight and cells here, one by one, as the operator has them.
@@ -295,4 +308,9 @@ impl Bodies {
         }
         factors
     }
+}
+
+/// Cells across a disc or sphere that fills so many.
+fn cells_across(volume: f64, axes: usize) -> f64 {
+    if axes == 2 { (volume * 4.0 / PI).sqrt() } else { (volume * 6.0 / PI).cbrt() }
 }

@@ -1,9 +1,7 @@
-//! Where the levels of a rank end: a dense inverse, or the way to the whole level on every rank.
+//! Where the levels end: a dense inverse.
 
 use super::lattice::Lattice;
 use super::level::{Level, Single};
-use super::whole::Whole;
-use crate::petsc::Session;
 use crate::{Error, Result};
 use nalgebra::{Cholesky, DMatrix};
 
@@ -100,93 +98,6 @@ impl Dense {
         }
         for (row, c) in self.inverse.chunks_exact(self.cells.len()).zip(&self.cells) {
             level.x[*c] = row.iter().zip(&self.b).map(|(a, b)| a * b).sum();
-        }
-    }
-}
-
-/// Brings a level's fields from every rank's box to the whole of the level on every rank, and back.
-pub(super) struct Gather {
-    session: Session,
-    /// Each rank's first cell and cells along each axis.
-    boxes: Vec<([usize; 3], [usize; 3])>,
-    mine: Vec<Single>,
-    all: Vec<Single>,
-    counts: Vec<i32>,
-    starts: Vec<i32>,
-}
-
-impl Gather {
-    pub fn new(session: &Session, whole: &Whole) -> Gather {
-        let ranks: [usize; 3] = std::array::from_fn(|a| whole.widths[a].len());
-        // Ranks are numbered like cells: x fastest.
-        let place =
-            |rank: usize| [rank % ranks[0], rank / ranks[0] % ranks[1], rank / ranks[0] / ranks[1]];
-        let boxed = |at: [usize; 3]| {
-            let start = |a: usize| whole.widths[a][..at[a]].iter().map(Vec::len).sum();
-            (
-                std::array::from_fn(start),
-                std::array::from_fn(|a: usize| whole.widths[a][at[a]].len()),
-            )
-        };
-        let boxes: Vec<_> = (0..session.size()).map(|rank| boxed(place(rank))).collect();
-        let size = |n: &[usize; 3]| (n[0] + 1) * (n[1] + 1) * (n[2] + 1);
-        let total = boxes.iter().map(|(_, n)| size(n)).sum();
-        Gather {
-            session: session.clone(),
-            mine: vec![0.0; size(&boxes[session.rank()].1)],
-            all: vec![0.0; total],
-            counts: vec![0; boxes.len()],
-            starts: vec![0; boxes.len()],
-            boxes,
-        }
-    }
-
-    /// Gathers a field of every rank's box, with one layer more along `axis`, into one of the
-    /// `whole`. Collective.
-    pub fn gather(
-        &mut self,
-        from: &[Single],
-        lattice: &Lattice,
-        axis: Option<usize>,
-        to: &mut [Single],
-        whole: &Lattice,
-    ) -> Result<()> {
-        let extent = |n: &[usize; 3]| -> [usize; 3] {
-            std::array::from_fn(|a| n[a] + usize::from(Some(a) == axis))
-        };
-        let mut start = 0;
-        for ((_, n), (count, at)) in
-            self.boxes.iter().zip(self.counts.iter_mut().zip(&mut self.starts))
-        {
-            (*count, *at) = (extent(n).iter().product::<usize>() as i32, start);
-            start += *count;
-        }
-        let [nx, ny, nz] = extent(&lattice.n);
-        for (r, row) in self.mine.chunks_exact_mut(nx).take(ny * nz).enumerate() {
-            row.copy_from_slice(&from[lattice.row(r % ny, r / ny)..][..nx]);
-        }
-        self.session.all_gather(
-            &self.mine[..nx * ny * nz],
-            &mut self.all,
-            &self.counts,
-            &self.starts,
-        )?;
-        for ((first, n), start) in self.boxes.iter().zip(&self.starts) {
-            let [nx, ny, nz] = extent(n);
-            for (r, row) in self.all[*start as usize..].chunks_exact(nx).take(ny * nz).enumerate() {
-                let at = whole.row(first[1] + r % ny, first[2] + r / ny) + first[0];
-                to[at..][..nx].copy_from_slice(row);
-            }
-        }
-        Ok(())
-    }
-
-    /// Takes this rank's box out of a field of the `whole`.
-    pub fn take_own(&self, from: &[Single], whole: &Lattice, to: &mut [Single], lattice: &Lattice) {
-        let (first, n) = self.boxes[self.session.rank()];
-        for (k, j) in (0..n[2]).flat_map(|k| (0..n[1]).map(move |j| (k, j))) {
-            let at = whole.row(first[1] + j, first[2] + k) + first[0];
-            to[lattice.row(j, k)..][..n[0]].copy_from_slice(&from[at..][..n[0]]);
         }
     }
 }

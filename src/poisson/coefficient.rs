@@ -44,13 +44,14 @@ impl Poisson {
                 }
                 let (least, most) = self.extremes();
                 self.set_boundaries();
-                let mut largest = [most];
-                self.session.max(&mut largest)?;
-                self.largest = largest[0];
+                self.largest = most;
                 least.is_nan() || least <= 0.0 || most.is_infinite()
             }
         };
-        if self.session.anywhere(unsound)? {
+        let mut all = [f64::from(unsound), self.largest];
+        self.session.max(&mut all)?;
+        self.largest = all[1];
+        if all[0] > 0.0 {
             return Err(Error::Run(
                 "the density of the mixture is not positive and finite on every face: a flow that \
                 grows without bounds does that (smaller steps, time.step or time.cfl), or \

@@ -45,14 +45,19 @@ impl HeldMean {
         self.weight != 0.0
     }
 
-    /// y += w (j . x) j; nothing where no rank has set any. Collective.
-    pub fn add_product(&self, session: &Session, x: &[f64], y: &mut [f64]) -> Result<()> {
+    /// Adds `w (j . x) j` to the cells by number; nothing where no rank has set any. Collective.
+    pub fn add_product(
+        &self,
+        session: &Session,
+        x: impl Fn(usize) -> f64,
+        mut add: impl FnMut(usize, f64),
+    ) -> Result<()> {
         if !self.any() {
             return Ok(());
         }
-        let mut sum = [self.cells.iter().map(|(row, j)| j * x[*row as usize]).sum::<f64>()];
+        let mut sum = [self.cells.iter().map(|(row, j)| j * x(*row as usize)).sum::<f64>()];
         session.sum(&mut sum)?;
-        self.cells.iter().for_each(|(row, j)| y[*row as usize] += self.weight * sum[0] * j);
+        self.cells.iter().for_each(|(row, j)| add(*row as usize, self.weight * sum[0] * j));
         Ok(())
     }
 

@@ -13,9 +13,7 @@
 //!              g_F = (distance of cell centres, fine over coarse) * sum of the g_f in F
 //! ```
 
-use super::lattice::{Lattice, exchange};
-use crate::Result;
-use crate::grid::simd;
+use super::lattice::Lattice;
 use crate::petsc::{Halo, Session};
 
 /// What the multigrid computes in: half the memory traffic of double precision, and its error is
@@ -31,8 +29,13 @@ pub(super) struct Level {
     pub b: Vec<Single>,
     /// The sweep's result; after it, what it started from.
     pub next: Vec<Single>,
-    row: Vec<Single>,
-    halo: Halo<Single>,
+    /// Scratch of a row.
+    pub row: Vec<Single>,
+    pub halo: Halo<Single>,
+    /// Whether several passes can be done at once ([`super::sweeps`]), and the axes within a layer
+    /// of cells that are periodic on this rank.
+    pub layered: bool,
+    pub wraps: [bool; 2],
     /// Cells that make a coarse one along each axis: 1 or 2.
     pub factor: [usize; 3],
     /// Distance of cell centres across coarse faces, fine over coarse, by axis and coarse face.
@@ -41,7 +44,12 @@ pub(super) struct Level {
 
 impl Level {
     pub fn new(session: &Session, lattice: Lattice, neighbours: [[Option<usize>; 2]; 3]) -> Level {
+        let itself = [Some(session.rank()); 2];
+        let last = lattice.axes - 1;
+        let alone = |a: usize| neighbours[a] == [None; 2] || a < last && neighbours[a] == itself;
         Level {
+            layered: (0..lattice.axes).all(alone),
+            wraps: [0, 1].map(|a| neighbours[a] == itself),
             g: lattice.faces(),
             inverse: lattice.field(),
             x: lattice.field(),
@@ -145,106 +153,11 @@ impl Level {
         let face = wide.first + (0..fine.axes).map(|a| number(a) * wide.stride[a]).sum::<usize>();
         Some((face, self.ratio[axis][number(axis)]))
     }
-
-    /// The first sweep, from x = 0.
-    pub fn smooth_from_zero(&mut self, omega: Single) {
-        let Level { lattice, inverse, x, b, .. } = self;
-        let n = lattice.n[0];
-        simd(
-            #[inline(always)]
-            || {
-                for s in lattice.rows() {
-                    let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
-                    for ((x, b), d) in x[s..][..n].iter_mut().zip(b).zip(inverse) {
-                        *x = omega * d * b;
-                    }
-                }
-            },
-        );
-    }
-
-    /// A sweep.
-    pub fn smooth(&mut self, omega: Single) -> Result<()> {
-        let Level { lattice, g, inverse, x, b, next, halo, .. } = self;
-        exchange(halo, lattice.axes, x)?;
-        let n = lattice.n[0];
-        simd(
-            #[inline(always)]
-            || {
-                for s in lattice.rows() {
-                    let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
-                    lattice.for_row(
-                        g,
-                        x,
-                        s,
-                        &mut next[s..],
-                        #[inline(always)]
-                        |i, x, flux| x + omega * inverse[i] * (b[i] + flux),
-                    );
-                }
-            },
-        );
-        std::mem::swap(x, next);
-        Ok(())
-    }
-
-    /// b of the next level: what is left of this one's, summed.
-    pub fn restrict(&mut self, coarse: &mut Level) -> Result<()> {
-        let Level { lattice, g, x, b, row, halo, factor, .. } = self;
-        exchange(halo, lattice.axes, x)?;
-        let n = lattice.n[0];
-        let (to, wide_lattice) = (&mut coarse.b, coarse.lattice);
-        simd(
-            #[inline(always)]
-            || {
-                for s in wide_lattice.rows() {
-                    to[s..][..wide_lattice.n[0]].fill(0.0);
-                }
-                for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j)))
-                {
-                    let s = lattice.row(j, k);
-                    let b = &b[s..][..n];
-                    lattice.for_row(
-                        g,
-                        x,
-                        s,
-                        row,
-                        #[inline(always)]
-                        |i, _, flux| b[i] + flux,
-                    );
-                    let s = wide_lattice.row(j / factor[1], k / factor[2]);
-                    add_up(row, factor[0], &mut to[s..][..wide_lattice.n[0]]);
-                }
-            },
-        );
-        Ok(())
-    }
-
-    /// Adds the next level's x to this one's.
-    pub fn prolong(&mut self, coarse: &Level) {
-        let (lattice, factor) = (&self.lattice, self.factor);
-        let n = lattice.n[0];
-        for (k, j) in (0..lattice.n[2]).flat_map(|k| (0..lattice.n[1]).map(move |j| (k, j))) {
-            let x = &mut self.x[lattice.row(j, k)..][..n];
-            let add = &coarse.x[coarse.lattice.row(j / factor[1], k / factor[2])..]
-                [..coarse.lattice.n[0]];
-            if factor[0] == 1 {
-                x.iter_mut().zip(add).for_each(|(x, e)| *x += e);
-                continue;
-            }
-            let mut pairs = x.chunks_exact_mut(2);
-            for (pair, e) in pairs.by_ref().zip(add) {
-                pair[0] += e;
-                pair[1] += e;
-            }
-            pairs.into_remainder().iter_mut().for_each(|x| *x += add[n / 2]);
-        }
-    }
 }
 
 /// Adds to `out` the sums of each `factor` numbers of a row; of one, where an odd one is left.
 #[inline(always)]
-fn add_up(row: &[Single], factor: usize, out: &mut [Single]) {
+pub(super) fn add_up(row: &[Single], factor: usize, out: &mut [Single]) {
     if factor == 1 {
         out.iter_mut().zip(row).for_each(|(o, v)| *o += v);
         return;

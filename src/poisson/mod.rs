@@ -13,15 +13,18 @@
 mod bodies;
 mod bottom;
 mod coefficient;
+mod conjugate;
 mod exact;
 mod export;
 mod held;
 mod lattice;
 mod level;
 mod matrix;
+mod merged;
 mod multigrid;
 pub mod pressure;
 mod solves;
+mod sweeps;
 mod system;
 mod transform;
 mod whole;
@@ -32,10 +35,11 @@ pub use solves::SolveRow;
 pub use system::{Factor, Origin, OwnSolve, System};
 
 use crate::grid::{Boundaries, BoundaryKind, Grid, largest, simd};
-use crate::petsc::{Halo, Layout, Operator, OwnPreconditioner, Session};
+use crate::petsc::{Ended, Goal, Halo, Layout, Operator, OwnPreconditioner, Session};
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
 use coefficient::Coefficient;
+use conjugate::Conjugate;
 use held::HeldMean;
 use lattice::{Lattice, exchange};
 use multigrid::{Multigrid, Tuning};
@@ -70,6 +74,7 @@ pub struct Poisson {
     setups: u32,
     multigrid: Option<Cached<Multigrid>>,
     transform: Option<Cached<Transform>>,
+    conjugate: Conjugate,
 }
 
 /// A preconditioner and whether it has the present coefficient.
@@ -105,7 +110,6 @@ impl Poisson {
             }),
             ends,
             at_end,
-            whole,
             singular: !boundaries.fixes_pressure(),
             coefficient: Coefficient::Nothing,
             g: Default::default(),
@@ -113,7 +117,7 @@ impl Poisson {
             x: Vec::new(),
             bodies: Bodies::new(
                 session,
-                D,
+                &whole,
                 std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
             ),
             held: HeldMean::default(),
@@ -127,8 +131,18 @@ impl Poisson {
             setups: 0,
             multigrid: None,
             transform: None,
+            conjugate: Conjugate::default(),
+            whole,
             lattice,
         })
+    }
+
+    /// Takes the largest extent of a free body (m): a rank looks for bodies that it shares as far
+    /// away, among all ranks until this is told. The same on every rank.
+    pub fn set_extent(&mut self, across: f64) {
+        // A face's cells on both sides, and a body between two faces.
+        let cells = |a: usize| across * self.inverse_h2[a].sqrt() + 3.0;
+        self.bodies.set_reach(std::array::from_fn(cells));
     }
 
     /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the
@@ -172,7 +186,8 @@ impl Poisson {
             Some(made) => made,
             None => {
                 let tuning = Tuning::read(&self.session)?;
-                let made = Multigrid::new(&self.session, self.whole.clone(), self.singular, tuning);
+                let (whole, resolving) = (self.whole.clone(), self.bodies.resolving());
+                let made = Multigrid::new(&self.session, whole, self.singular, tuning, resolving);
                 Cached { made, valid: false }
             }
         };
@@ -319,6 +334,16 @@ impl Operator for Poisson {
         }
     }
 
+    fn solve(
+        &mut self,
+        b: &mut [f64],
+        x: &mut [f64],
+        goal: Goal,
+        residuals: Option<&mut Vec<f64>>,
+    ) -> Result<(Ended, u32)> {
+        self.conjugate_gradients(b, x, goal, residuals)
+    }
+
     fn accept(&self, own: OwnPreconditioner) -> Result<()> {
         match own {
             OwnPreconditioner::Multigrid => Tuning::read(&self.session).map(drop),
@@ -335,7 +360,13 @@ impl Operator for Poisson {
 impl Poisson {
     /// `y += L x`: free bodies and a held mean velocity. Collective.
     fn add_low_rank(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        self.bodies.add_product(x, y)?;
-        self.held.add_product(&self.session, x, y)
+        if self.bodies.any() {
+            let nx = self.lattice.n[0];
+            self.bodies.respond(|row| row * nx, |cell| x[cell])?;
+            for (row, y) in y.chunks_exact_mut(nx).enumerate() {
+                self.bodies.terms(row).for_each(|(at, term)| y[at] += term);
+            }
+        }
+        self.held.add_product(&self.session, |row| x[row], |row, term| y[row] += term)
     }
 }

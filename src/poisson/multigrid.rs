@@ -9,14 +9,16 @@
 //!   coarsest        e   e     e   e              e  exact, by the dense inverse
 //! ```
 //! Axes are coarsened while they are the finely divided ones, so that flat cells become square
-//! first. Every rank coarsens its own box; once the whole level is small, each rank gathers it and
-//! goes on alone, all doing the same. The first two levels are never gathered: a gathered level
-//! knows no bodies.
+//! first. Every rank coarsens its own box; once boxes are small, some beside each other are merged
+//! ([`super::merged`]) and fewer ranks go on, one in the end. Levels that resolve bodies are never
+//! merged: a merged level knows none.
 
 use super::bodies::Bodies;
-use super::bottom::{Dense, Gather};
+use super::bottom::Dense;
 use super::lattice::Lattice;
 use super::level::{Level, Single};
+use super::merged::{self, Merged};
+use super::sweeps::Pass;
 use super::whole::Whole;
 use crate::petsc::Session;
 use crate::{Error, Result};
@@ -34,9 +36,6 @@ pub(super) struct Tuning {
     /// Cells below which a level is solved exactly.
     pub exact: usize,
 }
-
-/// Cells of a whole level from the third on below which ranks gather it.
-const GATHER: usize = 2048;
 
 /// Most cells that are solved exactly: the inverse is dense.
 const MOST_EXACT: usize = 256;
@@ -79,53 +78,43 @@ impl Tuning {
 /// Where the levels end.
 enum Bottom {
     Exact(Dense),
-    /// Every rank goes on with the whole level.
-    Gathered(Box<Gathered>),
+    /// Fewer ranks go on.
+    Merged(Box<Merged>),
     /// Neither: smoothed only, where the user wants no more levels.
     Smoothed,
-}
-
-/// The whole of a level on every rank, with its own levels below.
-struct Gathered {
-    gather: Gather,
-    inner: Multigrid,
-    /// There are none on coarse levels.
-    bodies: Bodies,
-}
-
-impl Gathered {
-    fn rebuild(&mut self, level: &Level) -> Result<()> {
-        let whole = &mut self.inner.levels[0];
-        for (axis, to) in whole.g.iter_mut().enumerate().take(level.lattice.axes) {
-            self.gather.gather(&level.g[axis], &level.lattice, Some(axis), to, &whole.lattice)?;
-        }
-        self.inner.rebuild(&mut self.bodies, [0.0; 3], 0.0)
-    }
-
-    fn cycle(&mut self, level: &mut Level, from_zero: bool) -> Result<()> {
-        let whole = &mut self.inner.levels[0];
-        if from_zero {
-            self.gather.gather(&level.b, &level.lattice, None, &mut whole.b, &whole.lattice)?;
-        }
-        self.inner.cycle(&mut self.bodies, from_zero)?;
-        let whole = &self.inner.levels[0];
-        self.gather.take_own(&whole.x, &whole.lattice, &mut level.x, &level.lattice);
-        Ok(())
-    }
 }
 
 pub(super) struct Multigrid {
     pub levels: Vec<Level>,
     bottom: Bottom,
-    /// Weights of the sweeps.
-    omega: Vec<Single>,
+    /// What is done before the coarser level, from zero and from a given x, and after it.
+    from_zero: Vec<Pass>,
+    down: Vec<Pass>,
+    up: Vec<Pass>,
     tuning: Tuning,
 }
 
 impl Multigrid {
-    /// The levels below the grid `whole`; `singular` says that no boundary fixes the pressure.
-    /// Collective.
-    pub fn new(session: &Session, whole: Whole, singular: bool, tuning: Tuning) -> Multigrid {
+    /// The levels below the grid `whole`; `singular` says that no boundary fixes the pressure. The
+    /// first two levels, and so many, stay on all ranks.
+    pub fn new(
+        session: &Session,
+        whole: Whole,
+        singular: bool,
+        tuning: Tuning,
+        resolving: usize,
+    ) -> Multigrid {
+        Multigrid::new_from(session, whole, singular, tuning, resolving.max(2))
+    }
+
+    /// As [`Multigrid::new`]; none but so many levels stay on all of its ranks.
+    pub fn new_from(
+        session: &Session,
+        whole: Whole,
+        singular: bool,
+        tuning: Tuning,
+        unmerged: usize,
+    ) -> Multigrid {
         let lattice = |whole: &Whole| Lattice::new(whole.local(), whole.axes);
         let mut levels = vec![Level::new(session, lattice(&whole), whole.neighbours)];
         let one_rank = whole.widths.iter().all(|parts| parts.len() == 1);
@@ -139,19 +128,14 @@ impl Multigrid {
                     singular,
                 ));
             }
-            if !one_rank && (whole.cells() <= GATHER && levels.len() > 2 || factor == [1; 3]) {
+            let due = levels.len() > unmerged && merged::is_due(&whole);
+            if !one_rank && (due || factor == [1; 3]) {
                 let left = Tuning {
                     levels: tuning.levels.saturating_sub(levels.len() - 1).max(1),
                     twice_from: tuning.twice_from.saturating_sub(levels.len() - 1),
                     ..tuning
                 };
-                let inner = Multigrid::new(session, whole.gathered(session.rank()), singular, left);
-                let bodies = Bodies::new(session, whole.axes, [0.0; 3]);
-                break Bottom::Gathered(Box::new(Gathered {
-                    gather: Gather::new(session, &whole),
-                    inner,
-                    bodies,
-                }));
+                break Bottom::Merged(Box::new(Merged::new(session, &whole, singular, left)));
             }
             if levels.len() == tuning.levels {
                 break Bottom::Smoothed;
@@ -168,8 +152,13 @@ impl Multigrid {
             let (middle, half) = (0.5 * (2.0 + SMOOTH_FROM), 0.5 * (2.0 - SMOOTH_FROM));
             middle + half * (PI * (k as f64 + 0.5) / tuning.smooth as f64).cos()
         };
-        let omega = (0..tuning.smooth).map(|k| (1.0 / root(k)) as Single).collect();
-        Multigrid { levels, bottom, omega, tuning }
+        let omega: Vec<_> = (0..tuning.smooth).map(|k| (1.0 / root(k)) as Single).collect();
+        let sweeps = || omega.iter().copied().map(Pass::Sweep);
+        let first = [Pass::FromZero(omega[0])].into_iter();
+        let from_zero = first.chain(sweeps().skip(1)).chain([Pass::Restrict]).collect();
+        let down = sweeps().chain([Pass::Restrict]).collect();
+        let up = [Pass::Prolong].into_iter().chain(sweeps().rev()).collect();
+        Multigrid { levels, bottom, from_zero, down, up, tuning }
     }
 
     /// Everything that follows from the faces of the finest level, and from the `bodies` there: a
@@ -191,7 +180,7 @@ impl Multigrid {
         let last = &self.levels[self.levels.len() - 1];
         match &mut self.bottom {
             Bottom::Exact(dense) => dense.factorise(last),
-            Bottom::Gathered(gathered) => gathered.rebuild(last),
+            Bottom::Merged(merged) => merged.rebuild(last),
             Bottom::Smoothed => Ok(()),
         }
     }
@@ -208,43 +197,57 @@ impl Multigrid {
                 dense.solve(&mut self.levels[l]);
                 return Ok(());
             }
-            Bottom::Gathered(gathered) if last => {
-                return gathered.cycle(&mut self.levels[l], from_zero);
-            }
+            Bottom::Merged(merged) if last => return merged.cycle(&mut self.levels[l], 1),
             _ => {}
         }
-        self.smooth(l, bodies, from_zero, false)?;
-        if !last {
-            let (fine, coarse) = self.levels.split_at_mut(l + 1);
-            fine[l].restrict(&mut coarse[0])?;
-            bodies.restrict(l, &fine[l], &mut coarse[0])?;
-            self.visit(l + 1, bodies, true)?;
-            let exact = matches!(self.bottom, Bottom::Exact(_)) && l + 2 == self.levels.len();
-            if l + 1 >= self.tuning.twice_from && !exact {
-                self.visit(l + 1, bodies, false)?;
-            }
-            let (fine, coarse) = self.levels.split_at_mut(l + 1);
-            fine[l].prolong(&coarse[0]);
+        let sweeps = self.tuning.smooth;
+        let Multigrid { levels, from_zero: first, down, up, .. } = self;
+        let down = if from_zero { &*first } else { &*down };
+        if last {
+            smooth(&mut levels[l..], None, &down[..sweeps])?;
+            return smooth(&mut levels[l..], None, &up[1..]);
         }
-        self.smooth(l, bodies, false, true)
+        smooth(&mut levels[l..], Some((l, bodies)), down)?;
+        let (fine, coarse) = levels.split_at_mut(l + 1);
+        bodies.restrict(l, &fine[l], &mut coarse[0])?;
+        let below = l + 2 == self.levels.len();
+        let twice = l + 1 >= self.tuning.twice_from;
+        match &mut self.bottom {
+            Bottom::Merged(merged) if below => {
+                merged.cycle(&mut self.levels[l + 1], 1 + usize::from(twice))?;
+            }
+            Bottom::Exact(_) if below => self.visit(l + 1, bodies, true)?,
+            _ => {
+                self.visit(l + 1, bodies, true)?;
+                if twice {
+                    self.visit(l + 1, bodies, false)?;
+                }
+            }
+        }
+        smooth(&mut self.levels[l..], Some((l, bodies)), &self.up)
     }
+}
 
-    /// All sweeps, after the coarser level in the opposite order.
-    fn smooth(&mut self, l: usize, bodies: &mut Bodies, from_zero: bool, back: bool) -> Result<()> {
-        let count = self.omega.len();
-        for k in 0..count {
-            let level = &mut self.levels[l];
-            let (omega, first) =
-                (self.omega[if back { count - 1 - k } else { k }], k == 0 && from_zero);
-            if first {
-                level.smooth_from_zero(omega);
-            } else {
-                level.smooth(omega)?;
-            }
-            if l + 1 < self.levels.len() {
-                bodies.correct(l, &mut self.levels[l], omega, first)?;
-            }
-        }
-        Ok(())
+/// Does the passes on the first of the levels, among bodies where there are such on it.
+fn smooth(
+    levels: &mut [Level],
+    bodies: Option<(usize, &mut Bodies)>,
+    passes: &[Pass],
+) -> Result<()> {
+    let (level, coarse) = levels.split_at_mut(1);
+    let (level, mut coarse) = (&mut level[0], coarse.first_mut());
+    let mut bodies = bodies.filter(|(l, bodies)| bodies.on(*l));
+    if level.has_all() && bodies.is_none() {
+        level.pass_together(passes, coarse);
+        return Ok(());
     }
+    for pass in passes {
+        level.pass(*pass, coarse.as_deref_mut())?;
+        let (Some((l, bodies)), Pass::FromZero(omega) | Pass::Sweep(omega)) = (&mut bodies, pass)
+        else {
+            continue;
+        };
+        bodies.correct(*l, level, *omega, matches!(pass, Pass::FromZero(_)))?;
+    }
+    Ok(())
 }

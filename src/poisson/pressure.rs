@@ -181,6 +181,16 @@ impl Projection {
         borrow(&self.operator)?.set_modes(weights, covered, turning)
     }
 
+    /// Takes the largest extent (m) of a body that follows the pressure ([`Poisson::set_extent`]);
+    /// the same on every rank.
+    ///
+    /// # Errors
+    /// When the operator is in use.
+    pub fn set_extent(&mut self, across: f64) -> Result<()> {
+        borrow(&self.operator)?.set_extent(across);
+        Ok(())
+    }
+
     /// Lets the operator know what a drive that holds a mean velocity responds to the pressure
     /// ([`Poisson::set_held`]).
     ///

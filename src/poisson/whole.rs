@@ -17,6 +17,10 @@ pub(super) struct Whole {
     pub periodic: [bool; 3],
     pub neighbours: [[Option<usize>; 2]; 3],
     pub axes: usize,
+    /// Ranks along each axis, which are numbered like cells, x fastest; and how many of them apart
+    /// those are that have boxes of this level.
+    ranks: [usize; 3],
+    apart: [usize; 3],
 }
 
 impl Whole {
@@ -33,6 +37,8 @@ impl Whole {
             periodic: std::array::from_fn(|a| a < D && grid.periodic[a]),
             neighbours: layout.neighbours,
             axes: D,
+            ranks: [1; 3],
+            apart: [1; 3],
         };
         for axis in 0..D {
             // A box begins where any rank's does.
@@ -43,6 +49,7 @@ impl Whole {
             let cuts: Vec<usize> = (0..begins.len()).filter(|i| begins[*i] > 0.0).collect();
             let wide = grid.h[axis] / narrowest;
             whole.widths[axis] = cuts.windows(2).map(|cut| vec![wide; cut[1] - cut[0]]).collect();
+            whole.ranks[axis] = whole.widths[axis].len();
             whole.at[axis] = cuts.iter().position(|cut| *cut == grid.start[axis]).unwrap_or(0);
         }
         Ok(whole)
@@ -91,14 +98,42 @@ impl Whole {
         Whole { widths, ..self.clone() }
     }
 
-    /// The same grid, all on one rank.
-    pub fn gathered(&self, rank: usize) -> Whole {
-        let itself = |a: usize| (self.periodic[a] && a < self.axes).then_some(rank);
-        Whole {
-            widths: std::array::from_fn(|a| vec![self.widths[a].concat()]),
-            at: [0; 3],
-            neighbours: std::array::from_fn(|a| [itself(a); 2]),
+    /// Boxes along each axis.
+    pub fn parts(&self) -> [usize; 3] {
+        std::array::from_fn(|a| self.widths[a].len())
+    }
+
+    /// Cells along an axis.
+    pub fn cells_along(&self, axis: usize) -> usize {
+        self.total(axis)
+    }
+
+    /// The rank that has the box of this place.
+    pub fn rank_of(&self, at: [usize; 3]) -> usize {
+        let [x, y, z] = std::array::from_fn(|a| at[a] * self.apart[a]);
+        x + self.ranks[0] * (y + self.ranks[1] * z)
+    }
+
+    /// The same grid, so many boxes made one along each axis: the first one's rank has it.
+    pub fn merged(&self, by: [usize; 3]) -> Whole {
+        let widths: [Vec<Vec<f64>>; 3] = std::array::from_fn(|a| {
+            self.widths[a].chunks(by[a]).map(|parts| parts.concat()).collect()
+        });
+        let mut merged = Whole {
+            at: std::array::from_fn(|a| self.at[a] / by[a]),
+            apart: std::array::from_fn(|a| self.apart[a] * by[a]),
+            widths,
             ..*self
-        }
+        };
+        merged.neighbours = std::array::from_fn(|a| {
+            [-1, 1].map(|side| {
+                let (n, to) = (merged.widths[a].len() as isize, merged.at[a] as isize + side);
+                let to = if merged.periodic[a] { to.rem_euclid(n) } else { to };
+                let mut at = merged.at;
+                at[a] = (0..n).contains(&to).then_some(to as usize)?;
+                (a < merged.axes).then(|| merged.rank_of(at))
+            })
+        });
+        merged
     }
 }

@@ -7,10 +7,9 @@
 //! mixture in their place: faces conduct, where a body covers them, as a fluid of its density.
 
 use super::super::level::{Level, Single};
-use super::Bodies;
 use super::surface::{Face, Smooth, SurfaceCells, dot};
+use super::{Bodies, cells_across};
 use crate::Result;
-use std::f64::consts::PI;
 
 /// Largest `w j^T D^-1 j` that smoothing takes: neighbours that share cells would make it
 /// indefinite beyond.
@@ -36,8 +35,14 @@ const RESOLVED: f64 = 3.5;
 
 impl Bodies {
     /// Whether the multigrid's level `l` has bodies.
-    fn on(&self, l: usize) -> bool {
+    pub fn on(&self, l: usize) -> bool {
         self.active && l < self.layers.len() && !self.layers[l].smooth.is_empty()
+    }
+
+    /// How many levels resolve the largest body.
+    pub fn resolving(&self) -> usize {
+        let levels = |l: &usize| self.across >= RESOLVED * (1u64 << l) as f64;
+        (0..30).take_while(levels).count()
     }
 
     /// What smoothing needs on level `l`, in units in which the finest level's largest face is 1:
@@ -46,19 +51,13 @@ impl Bodies {
         if l == 0 {
             // In these units a weight times the body's cells is the fluid's density over the
             // body's.
-            let lightness = |v: f64, w: f64| v * w * scale * cells_across(v, self.axes);
-            let lightest = self
-                .volumes
-                .iter()
-                .zip(self.weights.iter().flatten())
-                .map(|(v, w)| lightness(*v, *w));
-            self.active = lightest.fold(0.0, f64::max) >= LIGHT;
+            self.active = self.lightest * scale >= LIGHT;
             self.layers[0].smooth.resize(self.weights.len(), Smooth::default());
         }
         if !self.on(l) {
             return Ok(());
         }
-        let Bodies { session, axes, weights, layers, shared, .. } = self;
+        let Bodies { axes, weights, layers, shared, .. } = self;
         let SurfaceCells { begin, cells, smooth, grams, .. } = &mut layers[l];
         grams.resize(9 * weights.len(), 0.0);
         let raised = |inverse: Single, j: &[f64; 3]| {
@@ -74,7 +73,7 @@ impl Bodies {
                 }
             }
         }
-        shared.sum(session, 9, grams)?;
+        shared.sum(9, grams)?;
         for ((gram, w), smooth) in grams.chunks_exact(9).zip(weights.iter()).zip(smooth.iter_mut())
         {
             let mut block = nalgebra::Matrix3::identity();
@@ -165,22 +164,18 @@ impl Bodies {
         omega: Single,
         from_zero: bool,
     ) -> Result<()> {
-        if !self.on(l) {
-            return Ok(());
-        }
-        let Bodies { session, layers, sums, shared, .. } = self;
+        let Bodies { layers, sums, shared, .. } = self;
         let layer = &mut layers[l];
         if !from_zero {
             // x -= omega D^-1 J W J^T x_before
-            layer
-                .sum_up(session, shared, sums, |cell| f64::from(level.next[cell.place as usize]))?;
+            layer.sum_up(shared, sums, |cell| f64::from(level.next[cell.place as usize]))?;
             for (smooth, sum) in layer.smooth.iter_mut().zip(sums.chunks_exact(3)) {
                 smooth.back = std::array::from_fn(|a| smooth.weight[a] * sum[a] as Single);
             }
             layer.spread(level, omega);
         }
         // x -= omega D^-1 J (W^-1 + J^T D^-1 J)^-1 J^T (x - x_before)/omega
-        layer.sum_up(session, shared, sums, |cell| {
+        layer.sum_up(shared, sums, |cell| {
             let place = cell.place as usize;
             f64::from((level.x[place] - if from_zero { 0.0 } else { level.next[place] }) / omega)
         })?;
@@ -197,9 +192,9 @@ impl Bodies {
         if !self.on(l) {
             return Ok(());
         }
-        let Bodies { session, layers, sums, shared, .. } = self;
+        let Bodies { layers, sums, shared, .. } = self;
         let layer = &layers[l];
-        layer.sum_up(session, shared, sums, |cell| f64::from(level.x[cell.place as usize]))?;
+        layer.sum_up(shared, sums, |cell| f64::from(level.x[cell.place as usize]))?;
         for ((smooth, sum), range) in
             layer.smooth.iter().zip(sums.chunks_exact(3)).zip(layer.begin.windows(2))
         {
@@ -222,9 +217,4 @@ fn conduct(own: &[Face], conductance: &[f64; 3], fine: &Level, coarse: &mut Leve
             coarse.g[axis][place] += (conductance[axis] * face.conduct) as Single * ratio;
         }
     }
-}
-
-/// Cells across a disc or sphere that fills so many.
-fn cells_across(volume: f64, axes: usize) -> f64 {
-    if axes == 2 { (volume * 4.0 / PI).sqrt() } else { (volume * 6.0 / PI).cbrt() }
 }

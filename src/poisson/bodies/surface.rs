@@ -6,9 +6,8 @@
 
 use super::super::lattice::Lattice;
 use super::super::level::{Level, Single};
-use super::Shared;
+use super::shared::Shared;
 use crate::Result;
-use crate::petsc::Session;
 
 /// No cell.
 const NONE: u32 = u32::MAX;
@@ -147,7 +146,6 @@ impl SurfaceCells {
     /// The sum over each group's cells of `j` times their `value`, over all ranks. Collective.
     pub fn sum_up(
         &self,
-        session: &Session,
         shared: &mut Shared,
         sums: &mut [f64],
         value: impl Fn(&Cell) -> f64,
@@ -159,7 +157,7 @@ impl SurfaceCells {
                 (0..3).for_each(|a| sum[a] += cell.j[a] * x);
             }
         }
-        shared.sum(session, 3, sums)
+        shared.sum(3, sums)
     }
 
     /// Gives the cells of each group what smoothing takes back from them, times `omega`.
