@@ -134,7 +134,7 @@ impl<const D: usize> CutBody<D> {
     /// (m). Of several ranks a body touches few: there it takes room as it comes.
     pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64, numerics: &Numerics) -> CutBody<D> {
         if grid.local != grid.cells {
-            return CutBody::elsewhere(false);
+            return CutBody::elsewhere(grid, false);
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
         let (ghosts, quadrature_points) = (cells(gap::unresolved(numerics)), shape.surface(h));
@@ -155,12 +155,12 @@ impl<const D: usize> CutBody<D> {
             cubic: Vec::new(),
             points: Vec::with_capacity(points),
             quadrature_points,
-            stencils: Stencils::new(ghosts, points, shape.is_round()),
+            stencils: Stencils::new(grid, ghosts, points, shape.is_round()),
         }
     }
 
     /// One that does not reach into this rank's box.
-    fn elsewhere(has_neighbours: bool) -> CutBody<D> {
+    fn elsewhere(grid: &Grid<D>, has_neighbours: bool) -> CutBody<D> {
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(0)),
             has_neighbours,
@@ -177,7 +177,7 @@ impl<const D: usize> CutBody<D> {
             cubic: Vec::new(),
             points: Vec::new(),
             quadrature_points: Vec::new(),
-            stencils: Stencils::new(0, 0, true),
+            stencils: Stencils::new(grid, 0, 0, true),
         }
     }
 
@@ -223,7 +223,7 @@ impl<const D: usize> CutBody<D> {
         {
             if !self.quadrature_points.is_empty() {
                 // It has left: its room goes with it.
-                *self = CutBody::elsewhere(self.has_neighbours);
+                *self = CutBody::elsewhere(grid, self.has_neighbours);
             }
             return;
         }

@@ -26,11 +26,12 @@
 //! where Legendre stages bear none that do.
 
 use super::gap::{Other, Shares, Surroundings, smooth_step};
-use super::image_point::{ImagePoint, Ray};
+use super::image_point::{ImagePoint, Lattice, Ray};
 use super::profile;
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
 use nalgebra::Vector3;
+use pulp::Simd;
 
 /// No number.
 const NOTHING: u32 = u32::MAX;
@@ -143,10 +144,10 @@ pub struct Stencils<const D: usize> {
     across: Vec<Across>,
     /// Of a body that is not round.
     lines: Vec<Line>,
-    /// Where the body's centre lies, from the middle of the cell below it (spacings), and the
-    /// spacings' inverse (1/m). Images of it lie alike: a period is a whole number of cells.
+    /// Where the body's centre lies, from the middle of the cell below it (spacings). Images of it
+    /// lie alike: a period is a whole number of cells.
     centre: [f64; D],
-    inverse_h: [f64; D],
+    lattice: Lattice<D>,
 }
 
 /// A centre of a body or an image of it.
@@ -160,13 +161,13 @@ pub struct Image {
 
 impl<const D: usize> Stencils<D> {
     /// None, with room for so many profiles inside and slopes on the surface.
-    pub fn new(inside: usize, points: usize, round: bool) -> Stencils<D> {
+    pub fn new(grid: &Grid<D>, inside: usize, points: usize, round: bool) -> Stencils<D> {
         Stencils {
             image_points: Vec::with_capacity(2 * inside + 4 * points),
             across: Vec::with_capacity(inside + points),
             lines: Vec::with_capacity(if round { 0 } else { inside + points }),
             centre: [0.0; D],
-            inverse_h: [0.0; D],
+            lattice: Lattice::new(grid),
         }
     }
 
@@ -175,7 +176,6 @@ impl<const D: usize> Stencils<D> {
         self.image_points.clear();
         self.across.clear();
         self.lines.clear();
-        self.inverse_h = grid.h.map(|h| 1.0 / h);
         self.centre = std::array::from_fn(|a| {
             let place = place(grid, centre, a);
             place - place.floor()
@@ -309,8 +309,9 @@ impl<const D: usize> Stencils<D> {
     /// resolved, and the largest profile there, of the velocity at the first image point.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    pub fn value(
+    pub fn value<S: Simd>(
         &self,
+        simd: S,
         stencil: &Stencil,
         arm: &Vector3<f64>,
         grid: &Grid<D>,
@@ -322,8 +323,8 @@ impl<const D: usize> Stencils<D> {
         let (rest, orientation) = self.rigid(stencil, arm, &bodies[k]);
         let (mut sum, mut first, ray) = (Vector3::zeros(), None, self.ray(stencil, arm));
         for image_point in self.image_points_of(stencil) {
-            let relative =
-                ray.velocity(image_point.out, grid, u) - (rest + image_point.out * orientation);
+            let relative = ray.velocity(simd, image_point.out, grid, u)
+                - (rest + image_point.out * orientation);
             first.get_or_insert(relative);
             sum += image_point.share * relative;
         }
@@ -354,7 +355,7 @@ impl<const D: usize> Stencils<D> {
         let (rest, orientation) = self.rigid(stencil, arm, body);
         let ray = self.ray(stencil, arm);
         let speed = |image_point: &ImagePoint| {
-            let there = ray.velocity(image_point.out, grid, u);
+            let there = ray.velocity(pulp::Scalar::new(), image_point.out, grid, u);
             (there - (rest + image_point.out * orientation)).norm()
         };
         self.image_points_of(stencil).iter().map(speed).fold(0.0, f64::max)
@@ -367,14 +368,15 @@ impl<const D: usize> Stencils<D> {
 
     /// The line of a stencil through the cells.
     #[inline(always)]
-    fn ray(&self, stencil: &Stencil, arm: &Vector3<f64>) -> Ray<D> {
+    fn ray(&self, stencil: &Stencil, arm: &Vector3<f64>) -> Ray<'_, D> {
         let (mut start, mut along) = (self.centre, [0.0; D]);
+        let inverse_h = &self.lattice.inverse_h;
         let line = self.lines.get(stencil.line as usize);
         for a in 0..D {
-            along[a] = self.inverse_h[a] * line.map_or(arm[a], |line| line.along[a]);
-            start[a] += line.map_or(0.0, |line| self.inverse_h[a] * line.from[a]);
+            along[a] = inverse_h[a] * line.map_or(arm[a], |line| line.along[a]);
+            start[a] += line.map_or(0.0, |line| inverse_h[a] * line.from[a]);
         }
-        Ray { origin: stencil.origin, start, along }
+        Ray { lattice: &self.lattice, origin: stencil.origin, start, along }
     }
 
     /// The rigid motion of a body along the line of a stencil, as `rest + out orientation` (m/s).
