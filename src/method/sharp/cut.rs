@@ -1,12 +1,14 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
-use super::cut_body::{Before, CutBody};
+use super::cut_body::{Before, CutBody, GhostCell};
 use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
 use super::near::NearBodies;
 use super::profile::{self, Parabola};
 use super::shared::SharedCells;
+use super::stencil::Cubic;
+use super::values::Flow;
 use crate::domain::Domain;
 use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField};
@@ -213,24 +215,13 @@ impl<const D: usize> CutBodies<D> {
     pub fn find_cubic(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
         let (grid, fluid) = (&domain.grid, &domain.fluid);
         let creeping = domain.numerics.creeping_layer * fluid.viscosity / (fluid.density * self.h);
-        for (k, CutBody { ghost_cells, stencils, cubic, .. }) in self.bodies.iter_mut().enumerate()
-        {
+        for (k, cut) in self.bodies.iter_mut().enumerate() {
+            let CutBody { profiles, stencils, cubic, .. } = cut;
+            let flow = Flow { grid, u, bodies, k };
             for cubic in cubic.iter_mut().filter(|_| creeping > 0.0) {
-                let ghost = &ghost_cells[cubic.place as usize];
-                let (arm, value) = (&ghost.arm, |stencil| {
-                    stencils.value(
-                        pulp::Scalar::new(),
-                        stencil,
-                        &ghost.arm,
-                        grid,
-                        u,
-                        bodies,
-                        k,
-                        None,
-                    )
-                });
-                let (own, all) = (value(&ghost.stencil), value(&cubic.cubic));
-                let numbers = stencils.fastest(&cubic.cubic, arm, grid, u, &bodies[k]) / creeping;
+                let own = stencils.value(&profiles[cubic.profile as usize], &flow);
+                let all = stencils.value(&cubic.cubic, &flow);
+                let numbers = stencils.fastest(&cubic.cubic, &flow) / creeping;
                 cubic.added = (1.0 - smooth_step(numbers, 1.0, 3.0)) * (all - cubic.part * own);
             }
         }
@@ -318,7 +309,7 @@ struct FindTargets<'a, const D: usize> {
     bodies: &'a [Body],
     grid: &'a Grid<D>,
     u: &'a VectorField<D>,
-    /// As in [`super::stencil::Stencils::value`].
+    /// As in [`super::stencil::Stencils::values`].
     limit: Option<(f64, f64)>,
     /// Whether those that the bodies have just left have one.
     cleared: bool,
@@ -331,18 +322,28 @@ impl<const D: usize> WithSimd for FindTargets<'_, D> {
     fn with_simd<S: Simd>(self, simd: S) {
         let FindTargets { cuts, bodies, grid, u, limit, cleared } = self;
         for (k, cut) in cuts.iter_mut().enumerate() {
-            let CutBody { ghost_cells, targets, stencils, cubic, .. } = cut;
+            let CutBody { ghost_cells, profiles, targets, stencils, cubic, .. } = cut;
+            let sets = |ghost: &GhostCell| cleared || !ghost.cleared;
             for (ghost, target) in ghost_cells.iter().zip(targets.iter_mut()) {
-                if ghost.cleared && !cleared {
-                    *target = Vector3::zeros();
-                    continue;
-                }
-                let (stencil, arm) = (&ghost.stencil, &ghost.arm);
-                let profile = stencils.value(simd, stencil, arm, grid, u, bodies, k, limit);
-                *target = bodies[k].velocity_at(arm) + profile;
+                let rigid = bodies[k].velocity_at(&ghost.arm);
+                *target = if sets(ghost) { rigid } else { Vector3::zeros() };
             }
-            for cubic in cubic {
-                targets[cubic.place as usize] += cubic.added;
+            let flow = Flow { grid, u, bodies, k };
+            stencils.values(
+                simd,
+                profiles,
+                &flow,
+                limit,
+                #[inline(always)]
+                |profile, value| {
+                    let place = profile.place as usize;
+                    if sets(&ghost_cells[place]) {
+                        targets[place] += value;
+                    }
+                },
+            );
+            for Cubic { cubic, added, .. } in cubic {
+                targets[cubic.place as usize] += *added;
             }
         }
     }

@@ -10,7 +10,6 @@
 //! continues the flow smoothly through the surface.
 
 use crate::grid::{Grid, VectorField};
-use nalgebra::Vector3;
 use pulp::Simd;
 
 /// A point on a line where the velocity is asked for, with its share in what is asked.
@@ -57,34 +56,48 @@ impl<const D: usize> Lattice<D> {
     }
 }
 
+/// Where a point lies among the cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Place<const D: usize> {
+    /// The index in a field of the first cell of its stencil.
+    first: usize,
+    /// How far it is after the second one (spacings).
+    after: [f64; D],
+}
+
 impl<const D: usize> Ray<'_, D> {
-    /// The velocity (m/s) so far `out` on the line; ghosts of `u` filled. The compiler makes no
-    /// vectors of rows of four by itself.
+    /// The point so far `out` on the line.
     #[inline(always)]
-    pub fn velocity<S: Simd>(
-        &self,
-        simd: S,
-        out: f64,
-        grid: &Grid<D>,
-        u: &VectorField<D>,
-    ) -> Vector3<f64> {
-        let (mut first, mut weights) = (f64::from(self.origin), [[0.0; 4]; D]);
+    pub fn place(&self, out: f64) -> Place<D> {
+        let (mut first, mut after) = (f64::from(self.origin), [0.0; D]);
         for a in 0..D {
             let x = self.start[a] + out * self.along[a];
             let cell = x.floor();
-            weights[a] = weights_at(x - cell);
+            after[a] = x - cell;
             first += (cell - 1.0) * self.lattice.stride[a];
         }
-        let first = first.max(0.0).min(self.lattice.last) as u32 as usize;
+        Place { first: first.max(0.0).min(self.lattice.last) as u32 as usize, after }
+    }
+}
+
+impl<const D: usize> Place<D> {
+    /// That of no point.
+    pub const NONE: Place<D> = Place { first: 0, after: [0.0; D] };
+
+    /// The velocity (m/s) there; ghosts of `u` filled. The compiler makes no vectors of rows of
+    /// four by itself.
+    #[inline(always)]
+    pub fn velocity<S: Simd>(&self, simd: S, grid: &Grid<D>, u: &VectorField<D>) -> [f64; D] {
+        let weights = self.after.map(weights_at);
         let rows = weights[1].map(|weight| simd.splat_f64s(weight));
         let planes = weights[D - 1].map(|weight| simd.splat_f64s(weight));
         let (row, whole) = (grid.stride[1], 3 * grid.stride[1] + 4);
-        let mut sum = Vector3::zeros();
+        let mut sum = [0.0; D];
         for (sum, field) in sum.iter_mut().zip(u) {
             let mut columns = [simd.splat_f64s(0.0); 4];
             for k in 0..if D == 3 { 4 } else { 1 } {
                 // One range for the whole plane, so that its rows stay in registers.
-                let first = first + if D == 3 { k * grid.stride[D - 1] } else { 0 };
+                let first = self.first + if D == 3 { k * grid.stride[D - 1] } else { 0 };
                 let (plane, mut part) = (&field[first..][..whole], [simd.splat_f64s(0.0); 4]);
                 for j in 0..4 {
                     let (numbers, _) = S::as_simd_f64s(&plane[j * row..][..4]);

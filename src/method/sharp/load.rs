@@ -2,9 +2,10 @@
 //! fluid loses (formulas in the parent).
 
 use super::cut::CutBodies;
-use super::cut_body::{CutBody, Point};
+use super::cut_body::CutBody;
 use super::exchanged::ExchangedMomentum;
 use super::gap::Shares;
+use super::values::Flow;
 use super::{Sharp, StepNumbers, history};
 use crate::Result;
 use crate::clock::Stage;
@@ -182,12 +183,19 @@ impl<const D: usize> WithSimd for WallShear<'_, D> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let WallShear { cut, bodies, k, grid, u, viscosity } = self;
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-        for Point { arm, area, slope } in &cut.points {
-            let slope = cut.stencils.value(simd, slope, arm, grid, u, bodies, k, None);
-            let df = (viscosity * area) * slope;
-            force += df;
-            torque += arm.cross(&df);
-        }
+        let flow = Flow { grid, u, bodies, k };
+        cut.stencils.values(
+            simd,
+            &cut.points,
+            &flow,
+            None,
+            #[inline(always)]
+            |point, slope| {
+                let df = (viscosity * cut.areas[point.place as usize]) * slope;
+                force += df;
+                torque += point.arm.cross(&df);
+            },
+        );
         (force, torque)
     }
 }
