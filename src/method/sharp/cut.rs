@@ -1,20 +1,23 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
-use super::cut_body::{Before, CutBody};
+use super::cut_body::{Before, CutBody, GhostCell};
 use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
 use super::near::NearBodies;
 use super::profile::{self, Parabola};
 use super::shared::SharedCells;
+use super::stencil::Cubic;
+use super::values::Flow;
 use crate::domain::Domain;
 use crate::geometry::Tiles;
-use crate::grid::{Grid, VectorField, simd};
+use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::particles::{Body, all_fixed, nearest_image};
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
+use pulp::{Arch, Simd, WithSimd};
 
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
@@ -202,27 +205,8 @@ impl<const D: usize> CutBodies<D> {
         let (grid, fluid, numerics) = (&domain.grid, &domain.fluid, &domain.numerics);
         let resolved = numerics.resolved_layer * fluid.viscosity / (fluid.density * self.h);
         let limit = Some((resolved, numerics.largest_profile));
-        simd(
-            #[inline(always)]
-            || {
-                for (k, CutBody { ghost_cells, targets, stencils, cubic, .. }) in
-                    self.bodies.iter_mut().enumerate()
-                {
-                    for (ghost, target) in ghost_cells.iter().zip(targets.iter_mut()) {
-                        if ghost.cleared && !cleared {
-                            *target = Vector3::zeros();
-                            continue;
-                        }
-                        let (stencil, arm) = (&ghost.stencil, &ghost.arm);
-                        let rigid = bodies[k].velocity_at(arm);
-                        *target = rigid + stencils.value(stencil, arm, grid, u, bodies, k, limit);
-                    }
-                    for cubic in cubic {
-                        targets[cubic.place as usize] += cubic.added;
-                    }
-                }
-            },
-        );
+        let cuts = &mut self.bodies[..];
+        Arch::new().dispatch(FindTargets { cuts, bodies, grid, u, limit, cleared });
         self.shared.share_targets(&mut self.bodies, cleared);
     }
 
@@ -231,15 +215,13 @@ impl<const D: usize> CutBodies<D> {
     pub fn find_cubic(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
         let (grid, fluid) = (&domain.grid, &domain.fluid);
         let creeping = domain.numerics.creeping_layer * fluid.viscosity / (fluid.density * self.h);
-        for (k, CutBody { ghost_cells, stencils, cubic, .. }) in self.bodies.iter_mut().enumerate()
-        {
+        for (k, cut) in self.bodies.iter_mut().enumerate() {
+            let CutBody { profiles, stencils, cubic, .. } = cut;
+            let flow = Flow { grid, u, bodies, k };
             for cubic in cubic.iter_mut().filter(|_| creeping > 0.0) {
-                let ghost = &ghost_cells[cubic.place as usize];
-                let (arm, value) = (&ghost.arm, |stencil| {
-                    stencils.value(stencil, &ghost.arm, grid, u, bodies, k, None)
-                });
-                let (own, all) = (value(&ghost.stencil), value(&cubic.cubic));
-                let numbers = stencils.fastest(&cubic.cubic, arm, grid, u, &bodies[k]) / creeping;
+                let own = stencils.value(&profiles[cubic.profile as usize], &flow);
+                let all = stencils.value(&cubic.cubic, &flow);
+                let numbers = stencils.fastest(&cubic.cubic, &flow) / creeping;
                 cubic.added = (1.0 - smooth_step(numbers, 1.0, 3.0)) * (all - cubic.part * own);
             }
         }
@@ -316,6 +298,52 @@ impl<const D: usize> CutBodies<D> {
             for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {
                 let (cell, start) = (ghost.cell as usize, start[ghost.cell as usize]);
                 u[cell] += ghost.weight * (start + part * (target[a] - start) - u[cell]);
+            }
+        }
+    }
+}
+
+/// Finds the targets of ghost cells by a velocity, ghosts filled.
+struct FindTargets<'a, const D: usize> {
+    cuts: &'a mut [CutBody<D>],
+    bodies: &'a [Body],
+    grid: &'a Grid<D>,
+    u: &'a VectorField<D>,
+    /// As in [`super::stencil::Stencils::values`].
+    limit: Option<(f64, f64)>,
+    /// Whether those that the bodies have just left have one.
+    cleared: bool,
+}
+
+impl<const D: usize> WithSimd for FindTargets<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let FindTargets { cuts, bodies, grid, u, limit, cleared } = self;
+        for (k, cut) in cuts.iter_mut().enumerate() {
+            let CutBody { ghost_cells, profiles, targets, stencils, cubic, .. } = cut;
+            let sets = |ghost: &GhostCell| cleared || !ghost.cleared;
+            for (ghost, target) in ghost_cells.iter().zip(targets.iter_mut()) {
+                let rigid = bodies[k].velocity_at(&ghost.arm);
+                *target = if sets(ghost) { rigid } else { Vector3::zeros() };
+            }
+            let flow = Flow { grid, u, bodies, k };
+            stencils.values(
+                simd,
+                profiles,
+                &flow,
+                limit,
+                #[inline(always)]
+                |profile, value| {
+                    let place = profile.place as usize;
+                    if sets(&ghost_cells[place]) {
+                        targets[place] += value;
+                    }
+                },
+            );
+            for Cubic { cubic, added, .. } in cubic {
+                targets[cubic.place as usize] += *added;
             }
         }
     }

@@ -5,7 +5,7 @@
 use super::PROFILE_DEPTH;
 use super::gap::{self, Surroundings};
 use super::shared_cell::SharedCell;
-use super::stencil::{Cubic, Image, Normal, Stencil, Stencils};
+use super::stencil::{Cubic, Image, Normal, Reading, Stencil, Stencils};
 use crate::geometry::{
     Block, Cut, Cuts, FaceCentroids, Orientation, Overlap, Placed, Shape, SurfacePoint, Tiles,
     aperture, fraction, images,
@@ -45,8 +45,6 @@ pub struct GhostCell {
     /// How much of what it has gives way to the profile: less than all outside, in gaps that the
     /// grid does not resolve.
     pub weight: f64,
-    /// The profile there, of nothing deep inside.
-    pub stencil: Stencil,
     /// Its index in a field.
     pub cell: u32,
     /// Whether it lies outside by now, and was inside before the body moved.
@@ -79,17 +77,6 @@ pub struct GapFace {
     pub kept: f64,
 }
 
-/// A point of a body's surface.
-#[derive(Clone, Debug)]
-pub struct Point {
-    /// From the body's centre (m).
-    pub arm: Vector3<f64>,
-    /// Its part of the surface (m2; m per metre of depth).
-    pub area: f64,
-    /// The slope of the velocity along the outward normal (1/s).
-    pub slope: Stencil,
-}
-
 /// A body on the grid.
 #[derive(Clone, Debug)]
 pub struct CutBody<const D: usize> {
@@ -112,6 +99,8 @@ pub struct CutBody<const D: usize> {
     pub shared_own_cells: Vec<SharedCell>,
     /// Cells whose velocity it sets.
     pub ghost_cells: Vec<GhostCell>,
+    /// The profiles of those that are not deep inside.
+    pub profiles: Vec<Reading>,
     /// The velocity that each is set to (m/s), as last found.
     pub targets: Vec<Vector3<f64>>,
     /// Velocity of each at the start of the step less the target at its end (m/s), where steps need
@@ -121,8 +110,10 @@ pub struct CutBody<const D: usize> {
     pub shared_ghost_cells: Vec<SharedCell>,
     /// The cubic extrapolation of the ghost cells that have one; none where a body moves.
     pub cubic: Vec<Cubic>,
-    /// Points on its surface, of this rank.
-    pub points: Vec<Point>,
+    /// Points on its surface, of this rank, with the slope of the velocity along the outward normal
+    /// there (1/s), and their parts of the surface (m2; m per metre of depth).
+    pub points: Vec<Reading>,
+    pub areas: Vec<f64>,
     /// Where they all lie in the body's own axes, about two a spacing.
     quadrature_points: Vec<SurfacePoint>,
     /// Stencils by which it reads the velocity beside its surface.
@@ -134,7 +125,7 @@ impl<const D: usize> CutBody<D> {
     /// (m). Of several ranks a body touches few: there it takes room as it comes.
     pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64, numerics: &Numerics) -> CutBody<D> {
         if grid.local != grid.cells {
-            return CutBody::elsewhere(false);
+            return CutBody::elsewhere(grid, false);
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
         let (ghosts, quadrature_points) = (cells(gap::unresolved(numerics)), shape.surface(h));
@@ -149,18 +140,20 @@ impl<const D: usize> CutBody<D> {
             own_arms: Vec::with_capacity(cells(0.0)),
             shared_own_cells: Vec::with_capacity(cells(0.0) / FEW),
             ghost_cells: Vec::with_capacity(ghosts),
+            profiles: Vec::with_capacity(ghosts),
             targets: Vec::with_capacity(ghosts),
             offsets: Vec::with_capacity(ghosts),
             shared_ghost_cells: Vec::with_capacity(ghosts / FEW),
             cubic: Vec::new(),
             points: Vec::with_capacity(points),
+            areas: Vec::with_capacity(points),
             quadrature_points,
-            stencils: Stencils::new(ghosts, points, shape.is_round()),
+            stencils: Stencils::new(grid, ghosts, points, shape.is_round()),
         }
     }
 
     /// One that does not reach into this rank's box.
-    fn elsewhere(has_neighbours: bool) -> CutBody<D> {
+    fn elsewhere(grid: &Grid<D>, has_neighbours: bool) -> CutBody<D> {
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(0)),
             has_neighbours,
@@ -171,13 +164,15 @@ impl<const D: usize> CutBody<D> {
             own_arms: Vec::new(),
             shared_own_cells: Vec::new(),
             ghost_cells: Vec::new(),
+            profiles: Vec::new(),
             targets: Vec::new(),
             offsets: Vec::new(),
             shared_ghost_cells: Vec::new(),
             cubic: Vec::new(),
             points: Vec::new(),
+            areas: Vec::new(),
             quadrature_points: Vec::new(),
-            stencils: Stencils::new(0, 0, true),
+            stencils: Stencils::new(grid, 0, 0, true),
         }
     }
 
@@ -223,7 +218,7 @@ impl<const D: usize> CutBody<D> {
         {
             if !self.quadrature_points.is_empty() {
                 // It has left: its room goes with it.
-                *self = CutBody::elsewhere(self.has_neighbours);
+                *self = CutBody::elsewhere(grid, self.has_neighbours);
             }
             return;
         }
@@ -331,8 +326,9 @@ impl<const D: usize> CutBody<D> {
             let normal = normal();
             stencil = self.stencils.profile(around, image, &normal, s);
             if around.cubic {
-                let place = self.ghost_cells.len();
-                self.cubic.extend(self.stencils.cubic(around, image, &normal, s, place));
+                let own = Reading { arm: *arm, stencil, place: self.ghost_cells.len() as u32 };
+                let own = (self.profiles.len(), &own);
+                self.cubic.extend(self.stencils.cubic(around, image, &normal, s, own));
             }
         }
         if shared {
@@ -340,7 +336,10 @@ impl<const D: usize> CutBody<D> {
             self.shared_ghost_cells.push(next);
         }
         let (arm, cell, first) = (*arm, cell as u32, true);
-        self.ghost_cells.push(GhostCell { arm, weight, stencil, cell, cleared, first });
+        if !stencil.is_still() {
+            self.profiles.push(Reading { arm, stencil, place: self.ghost_cells.len() as u32 });
+        }
+        self.ghost_cells.push(GhostCell { arm, weight, cell, cleared, first });
     }
 
     /// Finds the faces in gaps that the grid does not resolve, by the arms to their centres (m).
@@ -362,6 +361,7 @@ impl<const D: usize> CutBody<D> {
         self.own_arms.clear();
         self.shared_own_cells.clear();
         self.ghost_cells.clear();
+        self.profiles.clear();
         self.shared_ghost_cells.clear();
         self.cubic.clear();
         self.gaps.iter_mut().for_each(Vec::clear);
@@ -370,6 +370,7 @@ impl<const D: usize> CutBody<D> {
     /// The points of the surface; each belongs to the rank of its cell.
     fn place_points(&mut self, around: &Surroundings<D>, k: usize) {
         self.points.clear();
+        self.areas.clear();
         let (grid, body) = (around.grid, &around.bodies[k]);
         let bounds = body.shape().bounds(&around.orientation);
         let inside = Block::is_inside(grid, &body.centre, &bounds)
@@ -383,8 +384,9 @@ impl<const D: usize> CutBody<D> {
             };
             let Some(image) = inside.or_else(image) else { continue };
             let normal = Normal::new(around.round, &arm, 0.0, around.orientation * normal);
-            let slope = self.stencils.slope(around, &image, &normal);
-            self.points.push(Point { arm, area, slope });
+            let stencil = self.stencils.slope(around, &image, &normal);
+            self.points.push(Reading { arm, stencil, place: self.areas.len() as u32 });
+            self.areas.push(area);
         }
     }
 }

@@ -10,7 +10,7 @@
 //! continues the flow smoothly through the surface.
 
 use crate::grid::{Grid, VectorField};
-use nalgebra::Vector3;
+use pulp::Simd;
 
 /// A point on a line where the velocity is asked for, with its share in what is asked.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +24,8 @@ pub struct ImagePoint {
 /// A line through the cells, as places from the middle of one of them (spacings). Its points lie
 /// within the stored cells, two layers from their end.
 #[derive(Clone, Copy, Debug)]
-pub struct Ray<const D: usize> {
+pub struct Ray<'a, const D: usize> {
+    pub lattice: &'a Lattice<D>,
     /// The index in a field of that cell.
     pub origin: i32,
     /// Where the line begins, and how far it goes.
@@ -32,37 +33,87 @@ pub struct Ray<const D: usize> {
     pub along: [f64; D],
 }
 
-impl<const D: usize> Ray<D> {
-    /// The velocity (m/s) so far `out` on the line; ghosts of `u` filled.
+/// Numbers of a grid, as image points need them.
+#[derive(Clone, Copy, Debug)]
+pub struct Lattice<const D: usize> {
+    /// Steps along the axes in a field, and the last place from where a point can be read.
+    stride: [f64; D],
+    last: f64,
+    /// Over the spacings (1/m).
+    pub inverse_h: [f64; D],
+}
+
+impl<const D: usize> Lattice<D> {
+    /// Those of a grid.
+    pub fn new(grid: &Grid<D>) -> Lattice<D> {
+        let span = 3 * grid.stride.iter().sum::<usize>() + 1;
+        let cells: usize = grid.stored.iter().product();
+        Lattice {
+            stride: grid.stride.map(|stride| stride as f64),
+            last: cells.saturating_sub(span) as f64,
+            inverse_h: grid.h.map(|h| 1.0 / h),
+        }
+    }
+}
+
+/// Where a point lies among the cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Place<const D: usize> {
+    /// The index in a field of the first cell of its stencil.
+    first: usize,
+    /// How far it is after the second one (spacings).
+    after: [f64; D],
+}
+
+impl<const D: usize> Ray<'_, D> {
+    /// The point so far `out` on the line.
     #[inline(always)]
-    pub fn velocity(&self, out: f64, grid: &Grid<D>, u: &VectorField<D>) -> Vector3<f64> {
-        let (mut first, mut weights) = (f64::from(self.origin), [[0.0; 4]; D]);
+    pub fn place(&self, out: f64) -> Place<D> {
+        let (mut first, mut after) = (f64::from(self.origin), [0.0; D]);
         for a in 0..D {
             let x = self.start[a] + out * self.along[a];
             let cell = x.floor();
-            weights[a] = weights_at(x - cell);
-            first += (cell - 1.0) * f64::from(grid.stride[a] as u32);
+            after[a] = x - cell;
+            first += (cell - 1.0) * self.lattice.stride[a];
         }
-        let span: usize = 3 * grid.stride.iter().sum::<usize>() + 1;
-        let first = (first as u32 as usize).min(u[0].len().saturating_sub(span));
-        let mut sum = Vector3::zeros();
+        Place { first: first.max(0.0).min(self.lattice.last) as u32 as usize, after }
+    }
+}
+
+impl<const D: usize> Place<D> {
+    /// That of no point.
+    pub const NONE: Place<D> = Place { first: 0, after: [0.0; D] };
+
+    /// The velocity (m/s) there; ghosts of `u` filled. The compiler makes no vectors of rows of
+    /// four by itself.
+    #[inline(always)]
+    pub fn velocity<S: Simd>(&self, simd: S, grid: &Grid<D>, u: &VectorField<D>) -> [f64; D] {
+        let weights = self.after.map(weights_at);
+        let rows = weights[1].map(|weight| simd.splat_f64s(weight));
+        let planes = weights[D - 1].map(|weight| simd.splat_f64s(weight));
+        let (row, whole) = (grid.stride[1], 3 * grid.stride[1] + 4);
+        let mut sum = [0.0; D];
         for (sum, field) in sum.iter_mut().zip(u) {
-            let mut columns = [0.0; 4];
+            let mut columns = [simd.splat_f64s(0.0); 4];
             for k in 0..if D == 3 { 4 } else { 1 } {
                 // One range for the whole plane, so that its rows stay in registers.
-                let first = first + if D == 3 { k * grid.stride[D - 1] } else { 0 };
-                let (plane, mut part) = (&field[first..][..3 * grid.stride[1] + 4], [0.0; 4]);
+                let first = self.first + if D == 3 { k * grid.stride[D - 1] } else { 0 };
+                let (plane, mut part) = (&field[first..][..whole], [simd.splat_f64s(0.0); 4]);
                 for j in 0..4 {
-                    let (row, weight) = (&plane[j * grid.stride[1]..][..4], weights[1][j]);
-                    for (part, q) in part.iter_mut().zip(row) {
-                        *part += weight * q;
+                    let (numbers, _) = S::as_simd_f64s(&plane[j * row..][..4]);
+                    for (part, q) in part.iter_mut().zip(numbers) {
+                        *part = simd.add_f64s(*part, simd.mul_f64s(rows[j], *q));
                     }
                 }
-                let weight = if D == 3 { weights[D - 1][k] } else { 1.0 };
-                for (column, part) in columns.iter_mut().zip(part) {
-                    *column += weight * part;
+                if D < 3 {
+                    columns = part;
+                    continue;
+                }
+                for (column, part) in columns.iter_mut().zip(part).take(4 / S::F64_LANES) {
+                    *column = simd.add_f64s(*column, simd.mul_f64s(planes[k], part));
                 }
             }
+            let columns: &[f64] = pulp::bytemuck::cast_slice(&columns);
             *sum = columns.iter().zip(&weights[0]).map(|(c, w)| c * w).sum();
         }
         sum

@@ -2,19 +2,22 @@
 //! fluid loses (formulas in the parent).
 
 use super::cut::CutBodies;
+use super::cut_body::CutBody;
 use super::exchanged::ExchangedMomentum;
 use super::gap::Shares;
+use super::values::Flow;
 use super::{Sharp, StepNumbers, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::grid::{BoundaryKind, Grid, VectorField, simd};
+use crate::grid::{BoundaryKind, Grid, VectorField};
 use crate::method::vector;
 use crate::particles::{Body, nearest_image};
 use crate::petsc::LogStage;
 use crate::state::{BodyHistory, Exchange, State};
 use crate::sums::{BodySums, Summed};
 use nalgebra::Vector3;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Forces and torques on a body at its surface (N, N m).
 #[derive(Clone, Copy, Debug, Default)]
@@ -139,28 +142,8 @@ impl<const D: usize> CutBodies<D> {
         k: usize,
         u: &VectorField<D>,
     ) -> (Vector3<f64>, Vector3<f64>) {
-        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-        let cut = &self.bodies[k];
-        simd(
-            #[inline(always)]
-            || {
-                for point in &cut.points {
-                    let slope = cut.stencils.value(
-                        &point.slope,
-                        &point.arm,
-                        &domain.grid,
-                        u,
-                        bodies,
-                        k,
-                        None,
-                    );
-                    let df = (domain.fluid.viscosity * point.area) * slope;
-                    force += df;
-                    torque += point.arm.cross(&df);
-                }
-            },
-        );
-        (force, torque)
+        let (cut, grid, viscosity) = (&self.bodies[k], &domain.grid, domain.fluid.viscosity);
+        Arch::new().dispatch(WallShear { cut, bodies, k, grid, u, viscosity })
     }
 
     /// This rank's part of the momentum (kg m/s) and angular momentum (kg m2/s) inside the body
@@ -180,6 +163,40 @@ impl<const D: usize> CutBodies<D> {
             swirl += o.arm.cross(&own);
         }
         (momentum, swirl)
+    }
+}
+
+/// Force and torque on a body by the shear of a velocity, ghosts filled.
+struct WallShear<'a, const D: usize> {
+    cut: &'a CutBody<D>,
+    bodies: &'a [Body],
+    k: usize,
+    grid: &'a Grid<D>,
+    u: &'a VectorField<D>,
+    viscosity: f64,
+}
+
+impl<const D: usize> WithSimd for WallShear<'_, D> {
+    type Output = (Vector3<f64>, Vector3<f64>);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let WallShear { cut, bodies, k, grid, u, viscosity } = self;
+        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+        let flow = Flow { grid, u, bodies, k };
+        cut.stencils.values(
+            simd,
+            &cut.points,
+            &flow,
+            None,
+            #[inline(always)]
+            |point, slope| {
+                let df = (viscosity * cut.areas[point.place as usize]) * slope;
+                force += df;
+                torque += point.arm.cross(&df);
+            },
+        );
+        (force, torque)
     }
 }
 

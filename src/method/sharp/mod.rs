@@ -87,6 +87,7 @@ mod shared;
 mod shared_cell;
 mod stencil;
 mod step;
+mod values;
 
 use super::momentum::{Mixture, Momentum};
 use super::stabilised::Stabilised;

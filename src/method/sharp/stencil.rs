@@ -26,10 +26,9 @@
 //! where Legendre stages bear none that do.
 
 use super::gap::{Other, Shares, Surroundings, smooth_step};
-use super::image_point::{ImagePoint, Ray};
+use super::image_point::{ImagePoint, Lattice};
 use super::profile;
-use crate::grid::{Grid, VectorField};
-use crate::particles::Body;
+use crate::grid::Grid;
 use nalgebra::Vector3;
 
 /// No number.
@@ -40,32 +39,47 @@ const NOTHING: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub struct Stencil {
     /// Its first image point, and how many it has.
-    first: u32,
-    count: u32,
+    pub(super) first: u32,
+    pub(super) count: u32,
     /// Index in a field of the cell that the body's centre is in, or an image of it.
-    origin: i32,
+    pub(super) origin: i32,
     /// Its number among what lies across gaps, or [`NOTHING`].
-    across: u32,
+    pub(super) across: u32,
     /// Its number among the lines, or [`NOTHING`] of a round body: its line is the point's arm
     /// itself.
-    line: u32,
+    pub(super) line: u32,
 }
 
 impl Stencil {
     /// A stencil of nothing.
     pub const STILL: Stencil =
         Stencil { first: 0, count: 0, origin: 0, across: NOTHING, line: NOTHING };
+
+    /// Whether it is of nothing.
+    pub fn is_still(&self) -> bool {
+        self.count == 0 && self.across == NOTHING
+    }
+}
+
+/// What is read through a point of a body or near it.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    /// From the body's centre (m).
+    pub arm: Vector3<f64>,
+    /// What.
+    pub stencil: Stencil,
+    /// Number of the ghost cell or the point that it is for.
+    pub place: u32,
 }
 
 /// The cubic extrapolation to a ghost cell, in place of a part of the stencil that the cell has.
 #[derive(Clone, Copy, Debug)]
 pub struct Cubic {
-    /// Which of the ghost cells.
-    pub place: u32,
-    /// The part of the cell's own stencil that it is in place of.
+    /// The cubic, by its part, for its ghost cell.
+    pub cubic: Reading,
+    /// Number of that cell's own profile, and the part of it that this is in place of.
+    pub profile: u32,
     pub part: f64,
-    /// The cubic, by that part.
-    pub cubic: Stencil,
     /// Velocity that it adds to the cell's own profile, as last found (m/s).
     pub added: Vector3<f64>,
 }
@@ -73,9 +87,9 @@ pub struct Cubic {
 /// The line along the surface's normal through a point, which has its image points at `from + out
 /// along` (m, from the body's centre).
 #[derive(Clone, Copy, Debug)]
-struct Line {
-    from: Vector3<f64>,
-    along: Vector3<f64>,
+pub(super) struct Line {
+    pub(super) from: Vector3<f64>,
+    pub(super) along: Vector3<f64>,
 }
 
 /// That line, and where it leaves the surface.
@@ -128,25 +142,25 @@ impl Normal {
 
 /// What lies across a gap.
 #[derive(Clone, Copy, Debug)]
-struct Across {
+pub(super) struct Across {
     /// Share of its velocity, relative to the body's at its own surface.
-    share: f64,
-    other: Other,
+    pub(super) share: f64,
+    pub(super) other: Other,
     /// The body's surface, as a factor of the line.
-    wall: f64,
+    pub(super) wall: f64,
 }
 
 /// All that a body reads.
 #[derive(Clone, Debug)]
 pub struct Stencils<const D: usize> {
-    image_points: Vec<ImagePoint>,
-    across: Vec<Across>,
+    pub(super) image_points: Vec<ImagePoint>,
+    pub(super) across: Vec<Across>,
     /// Of a body that is not round.
-    lines: Vec<Line>,
-    /// Where the body's centre lies, from the middle of the cell below it (spacings), and the
-    /// spacings' inverse (1/m). Images of it lie alike: a period is a whole number of cells.
-    centre: [f64; D],
-    inverse_h: [f64; D],
+    pub(super) lines: Vec<Line>,
+    /// Where the body's centre lies, from the middle of the cell below it (spacings). Images of it
+    /// lie alike: a period is a whole number of cells.
+    pub(super) centre: [f64; D],
+    pub(super) lattice: Lattice<D>,
 }
 
 /// A centre of a body or an image of it.
@@ -160,13 +174,13 @@ pub struct Image {
 
 impl<const D: usize> Stencils<D> {
     /// None, with room for so many profiles inside and slopes on the surface.
-    pub fn new(inside: usize, points: usize, round: bool) -> Stencils<D> {
+    pub fn new(grid: &Grid<D>, inside: usize, points: usize, round: bool) -> Stencils<D> {
         Stencils {
             image_points: Vec::with_capacity(2 * inside + 4 * points),
             across: Vec::with_capacity(inside + points),
             lines: Vec::with_capacity(if round { 0 } else { inside + points }),
             centre: [0.0; D],
-            inverse_h: [0.0; D],
+            lattice: Lattice::new(grid),
         }
     }
 
@@ -175,7 +189,6 @@ impl<const D: usize> Stencils<D> {
         self.image_points.clear();
         self.across.clear();
         self.lines.clear();
-        self.inverse_h = grid.h.map(|h| 1.0 / h);
         self.centre = std::array::from_fn(|a| {
             let place = place(grid, centre, a);
             place - place.floor()
@@ -215,14 +228,14 @@ impl<const D: usize> Stencils<D> {
     }
 
     /// The cubic extrapolation at the signed distance `s` (m) along a normal, for the cell inside
-    /// at this place; none where it is too deep or the gap too narrow.
+    /// that has this profile; none where it is too deep or the gap too narrow.
     pub fn cubic(
         &mut self,
         around: &Surroundings<D>,
         image: &Image,
         normal: &Normal,
         s: f64,
-        place: usize,
+        (profile, own): (usize, &Reading),
     ) -> Option<Cubic> {
         let (s, gap) =
             (s / around.h, around.gap(&image.centre, &normal.foot, &normal.n).width / around.h);
@@ -239,8 +252,9 @@ impl<const D: usize> Stencils<D> {
         let factors = profile::cubic(s, places)?;
         let image_points: [_; 3] =
             std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
-        let cubic = self.stencil(image, normal, image_points, 0.0, Other::Nothing);
-        Some(Cubic { place: place as u32, part, cubic, added: Vector3::zeros() })
+        let stencil = self.stencil(image, normal, image_points, 0.0, Other::Nothing);
+        let (cubic, added) = (Reading { stencil, ..*own }, Vector3::zeros());
+        Some(Cubic { cubic, profile: profile as u32, part, added })
     }
 
     /// The straight profile across a gap, outside at the distance `s` (m) from the surface, and its
@@ -302,94 +316,6 @@ impl<const D: usize> Stencils<D> {
             self.lines.push(normal.line);
         }
         stencil
-    }
-
-    /// The value of the stencil through `arm` (m/s, or 1/s of a slope) for a body and a velocity
-    /// field with its ghosts filled. With `limit`, the speed (m/s) up to which the layer is
-    /// resolved, and the largest profile there, of the velocity at the first image point.
-    #[allow(clippy::too_many_arguments)]
-    #[inline(always)]
-    pub fn value(
-        &self,
-        stencil: &Stencil,
-        arm: &Vector3<f64>,
-        grid: &Grid<D>,
-        u: &VectorField<D>,
-        bodies: &[Body],
-        k: usize,
-        limit: Option<(f64, f64)>,
-    ) -> Vector3<f64> {
-        let (rest, orientation) = self.rigid(stencil, arm, &bodies[k]);
-        let (mut sum, mut first, ray) = (Vector3::zeros(), None, self.ray(stencil, arm));
-        for image_point in self.image_points_of(stencil) {
-            let relative =
-                ray.velocity(image_point.out, grid, u) - (rest + image_point.out * orientation);
-            first.get_or_insert(relative);
-            sum += image_point.share * relative;
-        }
-        if let (Some((limit, largest)), Some(first)) = (limit, first) {
-            // first <= limit: the layer is resolved. By squares, as hardly any is limited.
-            let (first, size) = (first.norm_squared(), sum.norm_squared());
-            let factor = if first <= limit * limit { first } else { limit * limit };
-            let most = first.max(largest * largest * factor);
-            if size > most {
-                sum *= (most / size).sqrt();
-            }
-        }
-        let Some(across) = self.across.get(stencil.across as usize) else { return sum };
-        let there = across.other.velocity(bodies);
-        there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * orientation)))
-    }
-
-    /// The largest speed at the image points of the stencil through `arm`, relative to a body
-    /// (m/s).
-    pub fn fastest(
-        &self,
-        stencil: &Stencil,
-        arm: &Vector3<f64>,
-        grid: &Grid<D>,
-        u: &VectorField<D>,
-        body: &Body,
-    ) -> f64 {
-        let (rest, orientation) = self.rigid(stencil, arm, body);
-        let ray = self.ray(stencil, arm);
-        let speed = |image_point: &ImagePoint| {
-            let there = ray.velocity(image_point.out, grid, u);
-            (there - (rest + image_point.out * orientation)).norm()
-        };
-        self.image_points_of(stencil).iter().map(speed).fold(0.0, f64::max)
-    }
-
-    #[inline(always)]
-    fn image_points_of(&self, stencil: &Stencil) -> &[ImagePoint] {
-        &self.image_points[stencil.first as usize..][..stencil.count as usize]
-    }
-
-    /// The line of a stencil through the cells.
-    #[inline(always)]
-    fn ray(&self, stencil: &Stencil, arm: &Vector3<f64>) -> Ray<D> {
-        let (mut start, mut along) = (self.centre, [0.0; D]);
-        let line = self.lines.get(stencil.line as usize);
-        for a in 0..D {
-            along[a] = self.inverse_h[a] * line.map_or(arm[a], |line| line.along[a]);
-            start[a] += line.map_or(0.0, |line| self.inverse_h[a] * line.from[a]);
-        }
-        Ray { origin: stencil.origin, start, along }
-    }
-
-    /// The rigid motion of a body along the line of a stencil, as `rest + out orientation` (m/s).
-    #[inline(always)]
-    fn rigid(
-        &self,
-        stencil: &Stencil,
-        arm: &Vector3<f64>,
-        body: &Body,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let Body { velocity, spin, .. } = body;
-        match self.lines.get(stencil.line as usize) {
-            None => (*velocity, spin.cross(arm)),
-            Some(line) => (velocity + spin.cross(&line.from), spin.cross(&line.along)),
-        }
     }
 }
 
