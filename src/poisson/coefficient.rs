@@ -3,7 +3,7 @@
 
 use super::Poisson;
 use super::transform::Ends;
-use crate::grid::Grid;
+use crate::grid::{Grid, largest, simd};
 use crate::kernels::faces::FaceCoefficient;
 use crate::{Error, Result};
 
@@ -34,18 +34,19 @@ impl Poisson {
             FaceCoefficient::Field(beta) => {
                 self.coefficient = Coefficient::Field;
                 self.make_faces();
+                let (mut sound, mut most) = (true, 0.0f64);
                 for axis in 0..D {
-                    let rows = self.face_rows(axis);
+                    let (rows, h2) = (self.face_rows(axis), self.inverse_h2[axis]);
                     for (row, s) in grid.face_rows(axis).zip(rows) {
-                        let g = &mut self.g[axis][s..][..row.len()];
-                        let from = &beta[axis][row];
-                        g.iter_mut().zip(from).for_each(|(g, b)| *g = self.inverse_h2[axis] * b);
+                        let to = &mut self.g[axis][s..][..row.len()];
+                        let largest = take_row(h2, &beta[axis][row], to);
+                        sound &= largest.is_some();
+                        most = most.max(largest.unwrap_or(0.0));
                     }
                 }
-                let (least, most) = self.extremes();
                 self.set_boundaries();
                 self.largest = most;
-                least.is_nan() || least <= 0.0 || most.is_infinite()
+                !sound
             }
         };
         let mut all = [f64::from(unsound), self.largest];
@@ -66,22 +67,6 @@ impl Poisson {
             made.valid = false;
         }
         Ok(())
-    }
-
-    /// The least and the largest of `beta/h^2` on this rank's faces; the least is NaN where any is.
-    fn extremes(&self) -> (f64, f64) {
-        let (mut least, mut most, mut lost) = (f64::INFINITY, 0.0f64, false);
-        for axis in 0..self.lattice.axes {
-            let n = self.lattice.n[0] + usize::from(axis == 0);
-            for s in self.face_rows(axis) {
-                for g in &self.g[axis][s..][..n] {
-                    least = if *g < least { *g } else { least };
-                    most = if *g > most { *g } else { most };
-                    lost |= g.is_nan();
-                }
-            }
-        }
-        (if lost { f64::NAN } else { least }, most)
     }
 
     /// The places of the low faces of this rank's cells along `axis`, and of the high ones of the
@@ -154,4 +139,31 @@ impl Poisson {
         }
         if count > 0 { sum / count as f64 } else { 0.0 }
     }
+}
+
+/// Takes `h2` times the coefficients of a row of faces; returns the largest, `None` where any is not
+/// positive and finite.
+fn take_row(h2: f64, from: &[f64], to: &mut [f64]) -> Option<f64> {
+    let [most, unsound] = simd(
+        #[inline(always)]
+        || {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = h2 * from;
+            }
+            let to = &to[..];
+            [
+                largest(
+                    to.len(),
+                    #[inline(always)]
+                    |i| to[i],
+                ),
+                largest(
+                    to.len(),
+                    #[inline(always)]
+                    |i| if to[i] > 0.0 { 0.0 } else { 1.0 },
+                ),
+            ]
+        },
+    );
+    (most.is_finite() && unsound == 0.0).then_some(most)
 }

@@ -14,6 +14,7 @@
 //! (r,z)/alpha_before`, which single precision in B makes inexact.
 
 use super::lattice::{Lattice, exchange};
+use super::level::Level;
 use super::multigrid::Multigrid;
 use super::{Cached, Poisson};
 use crate::Result;
@@ -108,7 +109,10 @@ impl Poisson {
         residual: &mut dyn FnMut(f64),
     ) -> Result<(Ended, u32)> {
         self.multigrid()?;
-        let mut rr = self.begin(v, b)?;
+        let cells = self.whole.cells() as f64;
+        // In single precision numbers have to lie around one.
+        let size_of = |rr: f64| (rr / cells).sqrt();
+        let mut rr = self.begin(v, b, size_of)?;
         let first = rr.sqrt();
         residual(first);
         let enough = (goal.rtol * first).max(goal.atol);
@@ -119,15 +123,11 @@ impl Poisson {
             x.fill(0.0);
             return Ok((Ended::Converged, 0));
         }
-        let cells = self.whole.cells() as f64;
         let mut last: Option<Scalars> = None;
         for k in 1..=goal.iterations {
-            // In single precision numbers have to lie around one.
-            let size = (rr / cells).sqrt();
-            self.give(v, 1.0 / size);
             let (multigrid, bodies) = self.multigrid()?;
             multigrid.cycle(bodies, true)?;
-            let up = size / self.largest;
+            let up = size_of(rr) / self.largest;
             let sums = self.product(v, last.is_none(), up)?;
             let now = match next(last, &sums) {
                 Ok(now) => now,
@@ -139,7 +139,8 @@ impl Poisson {
             residual(rr.sqrt());
             let done = rr.sqrt() <= enough;
             let mean = if self.singular { now.x / cells } else { 0.0 };
-            self.advance(v, x, &now, (last.is_none(), up), done.then_some(mean));
+            let end = if done { Err(mean) } else { Ok(1.0 / size_of(rr)) };
+            self.advance(v, x, &now, (last.is_none(), up), end);
             if done {
                 return Ok((Ended::Converged, k));
             }
@@ -152,49 +153,59 @@ impl Poisson {
         Ok((Ended::TooMany, goal.iterations))
     }
 
-    /// Takes the mean out of b, where constants solve the homogeneous system, and begins with r = b.
-    /// Returns |b|^2. Collective.
-    fn begin(&mut self, v: &mut Conjugate, b: &mut [f64]) -> Result<f64> {
+    /// Takes the mean out of b, where constants solve the homogeneous system, begins with r = b, and
+    /// gives the multigrid r over its size. Returns |b|^2. Collective.
+    fn begin(
+        &mut self,
+        v: &mut Conjugate,
+        b: &mut [f64],
+        size_of: impl Fn(f64) -> f64,
+    ) -> Result<f64> {
         for vector in [&mut v.r, &mut v.p, &mut v.s, &mut v.w] {
             vector.resize(b.len(), 0.0);
         }
-        let row = |i: usize| b[i];
+        let row = &*b;
         let mut sums = simd(
             #[inline(always)]
-            || [total(b.len(), |i| row(i) * row(i)), total(b.len(), row)],
+            || {
+                [
+                    total(
+                        row.len(),
+                        #[inline(always)]
+                        |i| row[i] * row[i],
+                    ),
+                    total(
+                        row.len(),
+                        #[inline(always)]
+                        |i| row[i],
+                    ),
+                ]
+            },
         );
         self.session.sum(&mut sums)?;
-        let [bb, sum] = sums;
-        if !self.singular || sum == 0.0 {
-            v.r.copy_from_slice(b);
-            return Ok(bb);
-        }
-        let cells = self.whole.cells() as f64;
-        let mean = sum / cells;
-        b.iter_mut().zip(&mut v.r).for_each(|(b, r)| {
-            *b -= mean;
-            *r = *b;
-        });
-        Ok((bb - mean * sum).max(0.0))
-    }
-
-    /// Gives the multigrid r times `down`.
-    fn give(&mut self, v: &Conjugate, down: f64) {
+        let mean = if self.singular { sums[1] / self.whole.cells() as f64 } else { 0.0 };
+        let bb = (sums[0] - mean * sums[1]).max(0.0);
+        let down = 1.0 / size_of(bb);
         let Some(Cached { made: Multigrid { levels, .. }, .. }) = &mut self.multigrid else {
-            return;
+            return Ok(bb);
         };
-        let (lattice, nx) = (levels[0].lattice, levels[0].lattice.n[0]);
-        let b = &mut levels[0].b;
+        let (lattice, nx, given) = (levels[0].lattice, self.lattice.n[0], &mut levels[0].b);
         simd(
             #[inline(always)]
             || {
-                for (s, r) in lattice.rows().zip(v.r.chunks_exact(nx)) {
-                    for (b, r) in b[s..][..nx].iter_mut().zip(r) {
-                        *b = (down * r) as f32;
+                for (row, at) in lattice.rows().enumerate() {
+                    let range = row * nx..(row + 1) * nx;
+                    let (b, r) = (&mut b[range.clone()], &mut v.r[range]);
+                    let given = &mut given[at..][..nx];
+                    for i in 0..nx {
+                        b[i] -= mean;
+                        r[i] = b[i];
+                        given[i] = (down * b[i]) as f32;
                     }
                 }
             },
         );
+        Ok(bb)
     }
 
     /// w = A z of the z that the multigrid has found, times `up`, and the sums of it all over the
@@ -252,22 +263,26 @@ impl Poisson {
         Ok(Sums::of(numbers))
     }
 
-    /// The new p, s, x and r; of a last iteration only x, less its mean.
+    /// The new p, s, x and r, and r times a factor for the multigrid; of a last iteration only x,
+    /// less its mean.
     fn advance(
-        &self,
+        &mut self,
         v: &mut Conjugate,
         x: &mut [f64],
         now: &Scalars,
         (first, up): (bool, f64),
-        last: Option<f64>,
+        goes_on: std::result::Result<f64, f64>,
     ) {
-        let Some(Cached { made: Multigrid { levels, .. }, .. }) = &self.multigrid else { return };
-        let (lattice, z) = (&levels[0].lattice, &levels[0].x);
-        match (first, last) {
-            (true, None) => advance::<true>(v, x, now, (lattice, z, up)),
-            (false, None) => advance::<false>(v, x, now, (lattice, z, up)),
-            (true, Some(mean)) => end::<true>(v, x, now, mean, (lattice, z, up)),
-            (false, Some(mean)) => end::<false>(v, x, now, mean, (lattice, z, up)),
+        let Some(Cached { made: Multigrid { levels, .. }, .. }) = &mut self.multigrid else {
+            return;
+        };
+        let Level { lattice, x: z, b, .. } = &mut levels[0];
+        let (lattice, z) = (&*lattice, &z[..]);
+        match (first, goes_on) {
+            (true, Ok(down)) => advance::<true>(v, x, now, (lattice, z, up), (b, down)),
+            (false, Ok(down)) => advance::<false>(v, x, now, (lattice, z, up), (b, down)),
+            (true, Err(mean)) => end::<true>(v, x, now, mean, (lattice, z, up)),
+            (false, Err(mean)) => end::<false>(v, x, now, mean, (lattice, z, up)),
         }
     }
 }
@@ -340,12 +355,13 @@ fn add_cell<const FIRST: bool>(
     }
 }
 
-/// The new p, s, x and r.
+/// The new p, s, x and r, and r times `down`.
 fn advance<const FIRST: bool>(
     v: &mut Conjugate,
     x: &mut [f64],
     now: &Scalars,
     (lattice, z, up): (&Lattice, &[f32], f64),
+    (given, down): (&mut [f32], f64),
 ) {
     let (Conjugate { r, p, s, w }, nx, beta, alpha) = (v, lattice.n[0], now.beta, now.alpha);
     simd(
@@ -356,6 +372,7 @@ fn advance<const FIRST: bool>(
                 let (z, w) = (&z[at..][..nx], &w[range.clone()]);
                 let (r, p) = (&mut r[range.clone()], &mut p[range.clone()]);
                 let (s, x) = (&mut s[range.clone()], &mut x[range]);
+                let given = &mut given[at..][..nx];
                 for i in 0..nx {
                     let z = up * f64::from(z[i]);
                     let (new_p, new_s) =
@@ -363,6 +380,7 @@ fn advance<const FIRST: bool>(
                     (p[i], s[i]) = (new_p, new_s);
                     x[i] = if FIRST { alpha * new_p } else { x[i] + alpha * new_p };
                     r[i] -= alpha * new_s;
+                    given[i] = (down * r[i]) as f32;
                 }
             }
         },

@@ -14,6 +14,7 @@
 //! ```
 
 use super::lattice::Lattice;
+use crate::grid::simd;
 use crate::petsc::{Halo, Session};
 
 /// What the multigrid computes in: half the memory traffic of double precision, and its error is
@@ -76,18 +77,27 @@ impl Level {
 
     /// 1/D from the faces; D is zero where a cell has no open face.
     pub fn invert(&mut self) {
-        let Lattice { n, stride, axes, .. } = self.lattice;
-        for s in self.lattice.rows() {
-            let inverse = &mut self.inverse[s..][..n[0]];
-            inverse.fill(0.0);
-            for (g, stride) in self.g.iter().zip(stride).take(axes) {
-                let (low, high) = (&g[s..][..n[0]], &g[s + stride..][..n[0]]);
-                for ((d, l), h) in inverse.iter_mut().zip(low).zip(high) {
-                    *d += l + h;
+        let Level { lattice, g, inverse, .. } = self;
+        let Lattice { n, stride, axes, .. } = *lattice;
+        simd(
+            #[inline(always)]
+            || {
+                for s in lattice.rows() {
+                    let inverse = &mut inverse[s..][..n[0]];
+                    inverse.fill(0.0);
+                    for axis in 0..axes {
+                        let g = &g[axis];
+                        let (low, high) = (&g[s..][..n[0]], &g[s + stride[axis]..][..n[0]]);
+                        for ((d, l), h) in inverse.iter_mut().zip(low).zip(high) {
+                            *d += l + h;
+                        }
+                    }
+                    for d in inverse {
+                        *d = if *d > 0.0 { 1.0 / *d } else { 0.0 };
+                    }
                 }
-            }
-            inverse.iter_mut().for_each(|d| *d = if *d > 0.0 { 1.0 / *d } else { 0.0 });
-        }
+            },
+        );
     }
 
     /// The faces of the next level.

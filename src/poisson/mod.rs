@@ -196,7 +196,14 @@ impl Poisson {
             // In single precision the range of the coefficient has to lie around one.
             let scale = 1.0 / self.largest;
             for (to, from) in made.levels[0].g.iter_mut().zip(&self.g) {
-                to.iter_mut().zip(from).for_each(|(to, from)| *to = (scale * from) as f32);
+                simd(
+                    #[inline(always)]
+                    || {
+                        for (to, from) in to.iter_mut().zip(from) {
+                            *to = (scale * from) as f32;
+                        }
+                    },
+                );
             }
             let unit = self.inverse_h2.map(|i| i * self.narrowest * self.narrowest);
             made.rebuild(&mut self.bodies, unit, scale)?;

@@ -81,7 +81,11 @@ impl Level {
         let layers = fields.layers();
         simd(
             #[inline(always)]
-            || (0..layers).for_each(|layer| fields.work(pass, 0, layer)),
+            || {
+                for layer in 0..layers {
+                    fields.work(pass, 0, layer);
+                }
+            },
         );
         if matches!(pass, Pass::Sweep(_)) {
             std::mem::swap(&mut self.x, &mut self.next);
