@@ -128,6 +128,35 @@ impl Session {
         })
     }
 
+    /// Sends numbers to one rank while others come from another, or from the same. Ranks make such
+    /// calls in pairs, in an order in which they meet.
+    pub(crate) fn swap<T: Number>(
+        &self,
+        send: &[T],
+        to: Option<usize>,
+        receive: &mut [T],
+        from: Option<usize>,
+    ) -> Result<()> {
+        if to.is_none() && from.is_none() {
+            return Ok(());
+        }
+        // OpenMPI's MPI_PROC_NULL: a message to nobody.
+        let rank = |r: Option<usize>| r.map_or(-2, |r| r as c_int);
+        if to.is_some() {
+            self.tell(Traffic::message(size_of_val(send)));
+        }
+        // SAFETY: both buffers hold as many numbers as said; messages between two ranks keep their
+        // order.
+        check("MPI_Sendrecv", unsafe {
+            let (number, tag) = (T::datatype(), 0);
+            let (out, n) = (send.as_ptr().cast(), send.len() as c_int);
+            let (into, room) = (receive.as_mut_ptr().cast(), receive.len() as c_int);
+            let (to, from, comm) = (rank(to), rank(from), self.comm());
+            let none = ptr::null_mut();
+            ffi::MPI_Sendrecv(out, n, number, to, tag, into, room, number, from, tag, comm, none)
+        })
+    }
+
     /// Gathers every rank's numbers on all ranks: `counts` of them from `starts` on in `all`, by
     /// rank. Collective.
     pub(crate) fn all_gather<T: Number>(

@@ -68,8 +68,8 @@ impl<const D: usize> PressureAcceleration<D> {
     pub fn find_cut_changes(&self, domain: &Domain<D>, cut: &mut CutBodies<D>, bodies: &[Body]) {
         let (grid, density) = (&domain.grid, domain.fluid.density);
         let CutBodies { bodies: cut_bodies, beta, .. } = cut;
-        for (cut, body) in cut_bodies.iter_mut().zip(bodies) {
-            let driven = felt(&self.driven, body);
+        for (k, cut) in cut_bodies.each_mut() {
+            let driven = felt(&self.driven, &bodies[k]);
             for own in &mut cut.own_cells {
                 own.cut_change = std::array::from_fn(|axis| {
                     let (low, high) = (own.cell as usize, own.cell as usize + grid.stride[axis]);
@@ -101,7 +101,7 @@ impl<const D: usize> CutBodies<D> {
         u: &mut VectorField<D>,
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
-        for (k, body) in self.bodies.iter().enumerate() {
+        for (k, body) in self.bodies.each() {
             for OwnCell { arm, cut_change, cell, .. } in &body.own_cells {
                 for (field, cut_change) in u.iter_mut().zip(cut_change) {
                     field[*cell as usize] += dt * cut_change;

@@ -1,9 +1,10 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
-use super::cut_body::{Before, CutBody};
+use super::cut_body::{BEYOND, Before, CutBody};
 use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
+use super::local::LocalBodies;
 use super::near::NearBodies;
 use super::shared::SharedCells;
 use crate::domain::Domain;
@@ -12,13 +13,16 @@ use crate::grid::{Grid, VectorField, simd};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::particles::{Body, all_fixed, nearest_image};
+use crate::reach::Reach;
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
 
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
-    /// Each.
-    pub bodies: Vec<CutBody<D>>,
+    /// Those that reach this rank.
+    pub bodies: LocalBodies<D>,
+    /// Which bodies reach which ranks.
+    pub reach: Reach,
     /// Open part of faces over the fluid's density (m3/kg).
     pub beta: FaceCoefficient<D>,
     /// Which are near each other.
@@ -48,14 +52,20 @@ impl<const D: usize> CutBodies<D> {
         let (grid, periods, h) =
             (&domain.grid, domain.periods(), ghost_width(&domain.grid.h, &domain.numerics).0);
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
-        let cut: Vec<_> =
-            bodies.iter().map(|b| CutBody::new(grid, b.shape(), h, &domain.numerics)).collect();
+        let (rank, ranks) = (domain.session.rank(), domain.session.size());
+        let cut = if ranks > 1 {
+            LocalBodies::none(bodies.len())
+        } else {
+            let cut = |b: &Body| CutBody::new(grid, b.shape(), h, &domain.numerics);
+            LocalBodies::all(bodies.iter().map(cut).collect())
+        };
         let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
         let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
         let shared = cut.iter().map(|cut| cut.shared_ghost_cells.capacity()).sum();
         let open = vec![1.0 / domain.fluid.density; grid.field().len()];
         CutBodies {
             bodies: cut,
+            reach: Reach::new(rank, ranks, bodies.len()),
             beta: FaceCoefficient::Field(std::array::from_fn(|_| open.clone())),
             near: NearBodies::new(
                 bodies,
@@ -107,6 +117,7 @@ impl<const D: usize> CutBodies<D> {
     fn rebuild(&mut self, domain: &Domain<D>, bodies: &[Body], wanted: fn(&Body) -> bool, dt: f64) {
         self.uncover_faces(domain);
         self.near.find(bodies);
+        self.find_reach(domain, bodies);
         let (grid, boundaries) = (&domain.grid, &domain.boundaries);
         // A fluid without viscosity has none, however long the time.
         let rate =
@@ -114,9 +125,9 @@ impl<const D: usize> CutBodies<D> {
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
         let cubic = all_fixed(bodies);
         let reach = gap::reach(cubic, &domain.numerics) * self.h;
-        for k in 0..bodies.len() {
+        for (k, cut) in self.bodies.each_mut() {
             let near = &self.near.near[k];
-            if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {
+            if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] && !cut.is_empty() {
                 continue;
             }
             self.beside.clear();
@@ -138,10 +149,24 @@ impl<const D: usize> CutBodies<D> {
                 cubic,
                 reach,
             };
-            self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
+            cut.rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
         }
-        self.shared.share(&mut self.bodies);
+        self.shared.share(self.bodies.as_mut_slice());
         self.set_apertures(domain);
+    }
+
+    /// Finds which bodies reach which ranks, as far as a rank can have anything of one: by where
+    /// they lie and lay, whatever is near them.
+    fn find_reach(&mut self, domain: &Domain<D>, bodies: &[Body]) {
+        let CutBodies { reach, before, h, .. } = self;
+        let tight = gap::unresolved(&domain.numerics) * *h;
+        reach.find(&domain.grid, bodies, |k| {
+            let (body, before) = (&bodies[k], &before[k]);
+            let shape = body.shape();
+            let bounds = shape.bounds(&body.orientation()).sup(&shape.bounds(&before.orientation));
+            bounds.add_scalar(before.way.norm().max(tight) + BEYOND * *h)
+        });
+        self.bodies.keep(self.reach.here());
     }
 
     /// Sets the apertures of all faces to one that the bodies cover.
@@ -192,8 +217,7 @@ impl<const D: usize> CutBodies<D> {
         simd(
             #[inline(always)]
             || {
-                for (k, CutBody { ghost_cells, stencils, .. }) in self.bodies.iter_mut().enumerate()
-                {
+                for (k, CutBody { ghost_cells, stencils, .. }) in self.bodies.each_mut() {
                     for ghost in ghost_cells {
                         if ghost.cleared && !cleared {
                             ghost.target = Vector3::zeros();
@@ -207,7 +231,7 @@ impl<const D: usize> CutBodies<D> {
                 }
             },
         );
-        self.shared.share_targets(&mut self.bodies, cleared);
+        self.shared.share_targets(self.bodies.as_mut_slice(), cleared);
     }
 
     /// Finds by the velocity `u` (m/s), ghosts filled, what the cubic extrapolation adds from now
@@ -215,8 +239,7 @@ impl<const D: usize> CutBodies<D> {
     pub fn find_cubic(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
         let (grid, fluid) = (&domain.grid, &domain.fluid);
         let creeping = domain.numerics.creeping_layer * fluid.viscosity / (fluid.density * self.h);
-        for (k, CutBody { ghost_cells, stencils, cubic, .. }) in self.bodies.iter_mut().enumerate()
-        {
+        for (k, CutBody { ghost_cells, stencils, cubic, .. }) in self.bodies.each_mut() {
             for cubic in cubic.iter().filter(|_| creeping > 0.0) {
                 let ghost = &mut ghost_cells[cubic.place as usize];
                 let (arm, value) = (&ghost.arm, |stencil| {
@@ -267,7 +290,7 @@ impl<const D: usize> CutBodies<D> {
         u: &mut VectorField<D>,
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
-        for (k, cut) in self.bodies.iter().enumerate() {
+        for (k, cut) in self.bodies.each() {
             for ghost in cut.ghost_cells.iter().filter(|ghost| cleared || !ghost.cleared) {
                 let (mut added, cell) = (Vector3::zeros(), ghost.cell as usize);
                 for (a, field) in u.iter_mut().enumerate() {

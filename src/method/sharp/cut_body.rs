@@ -16,7 +16,7 @@ use crate::particles::Body;
 use nalgebra::Vector3;
 
 /// Spacings beyond a body at which a rank has nothing of it.
-const BEYOND: f64 = 2.0;
+pub(super) const BEYOND: f64 = 2.0;
 
 /// A body shares at most one of so many of its cells: they lie in the plane between two.
 const FEW: usize = 4;
@@ -112,8 +112,7 @@ pub struct Point {
 pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis.
     pub cuts: [Cuts<D>; D],
-    /// Whether another body or a surface is so near that there may be some in narrow gaps: all
-    /// ranks know.
+    /// Whether another body or a surface is so near that there may be some in narrow gaps.
     pub has_neighbours: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
     pub gaps: [Vec<GapFace>; D],
@@ -142,7 +141,7 @@ impl<const D: usize> CutBody<D> {
     /// (m). Of several ranks a body touches few: there it takes room as it comes.
     pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64, numerics: &Numerics) -> CutBody<D> {
         if grid.local != grid.cells {
-            return CutBody::elsewhere(false);
+            return CutBody::elsewhere();
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
         let (ghosts, quadrature_points) = (cells(gap::unresolved(numerics)), shape.surface(h));
@@ -163,11 +162,11 @@ impl<const D: usize> CutBody<D> {
         }
     }
 
-    /// One that does not reach into this rank's box.
-    fn elsewhere(has_neighbours: bool) -> CutBody<D> {
+    /// Nothing: of a body that does not reach into this rank's box.
+    pub fn elsewhere() -> CutBody<D> {
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(0)),
-            has_neighbours,
+            has_neighbours: false,
             gaps: std::array::from_fn(|_| Vec::new()),
             solid: Vec::new(),
             own_cells: Vec::new(),
@@ -179,6 +178,11 @@ impl<const D: usize> CutBody<D> {
             quadrature_points: Vec::new(),
             stencils: Stencils::new(0, 0, true),
         }
+    }
+
+    /// Whether it has to be built, having just come, or has nothing here.
+    pub fn is_empty(&self) -> bool {
+        self.quadrature_points.is_empty()
     }
 
     /// The faces along `axis` that it covers.
@@ -223,7 +227,7 @@ impl<const D: usize> CutBody<D> {
         {
             if !self.quadrature_points.is_empty() {
                 // It has left: its room goes with it.
-                *self = CutBody::elsewhere(self.has_neighbours);
+                *self = CutBody::elsewhere();
             }
             return;
         }

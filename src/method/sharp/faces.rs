@@ -94,7 +94,8 @@ impl<const D: usize> CutBodies<D> {
             correction[at] += to_open_part(grid, axis, at, &centroids.open, u);
             face[at] = correction[at] + dt * a[at];
         }
-        for (cut, body) in self.bodies.iter().zip(bodies) {
+        for (k, cut) in self.bodies.each() {
+            let body = &bodies[k];
             for (cut, centroids) in cut.faces(axis) {
                 let at = cut.face as usize;
                 let q = correction[at] + dt * a[at];

@@ -41,8 +41,8 @@ impl<const D: usize> Sharp<D> {
         // was.
         shift(&mut history(&mut s.surfaces)?.before_forcing, -1.0, &s.u);
         add(&mut s.faces_before, -1.0, &s.faces);
-        for (cut, body) in self.cut.bodies.iter().zip(&s.bodies).filter(|(_, body)| new(body.id)) {
-            cut.cover_faces(body, &mut s.faces);
+        for (k, cut) in self.cut.bodies.each().filter(|(k, _)| new(s.bodies[*k].id)) {
+            cut.cover_faces(&s.bodies[k], &mut s.faces);
         }
         domain.boundaries.set_faces(&mut s.faces);
         // No force of a step has made what is inside, before or after.
@@ -101,7 +101,7 @@ impl<const D: usize> Sharp<D> {
         s.drive = domain.drive.filter(|drive| drive.held().is_some()).map(|_| Vector3::zeros());
         if follow {
             let Sharp { cut, modes, motions, work, .. } = self;
-            let sums = &mut work.vectors;
+            let sums = &mut work.pressure;
             PressureStep::new(domain, cut, s, (modes, motions, sums), 1.0)?.solve(None)?;
         } else {
             domain.project(&self.cut.beta, s, 1.0)?;

@@ -60,16 +60,16 @@ pub fn surface_forces<'a, const D: usize>(
     s: &State<D>,
     sums: &'a mut BodySums<SurfaceForces>,
 ) -> Result<&'a [SurfaceForces]> {
-    let own = s.bodies.iter().enumerate().map(|(k, body)| {
+    let own = |k: usize| {
         let (shear, shear_torque) = cut.shear_force(domain, &s.bodies, k, &s.u);
         SurfaceForces {
             pressure: cut.pressure_force(&domain.grid, k, &s.p),
             shear,
             shear_torque,
-            pressure_torque: cut.pressure_torque(&domain.grid, body, k, &s.p),
+            pressure_torque: cut.pressure_torque(&domain.grid, &s.bodies[k], k, &s.p),
         }
-    });
-    Ok(sums.sum(&domain.session, own)?)
+    };
+    Ok(sums.sum_for_all(&domain.session, &cut.reach, own)?)
 }
 
 /// Per body, the momentum `exchanged` and what is inside, over all ranks. Collective.
@@ -80,11 +80,11 @@ pub fn cell_momenta<'a, const D: usize>(
     s: &State<D>,
     sums: &'a mut BodySums<CellMomentum>,
 ) -> Result<&'a [CellMomentum]> {
-    let own = s.bodies.iter().zip(exchanged).enumerate().map(|(k, (body, exchanged))| {
-        let (inside, swirl) = cut.inside(domain, body, k, &s.u);
-        CellMomentum { exchanged: *exchanged, inside, swirl }
-    });
-    Ok(sums.sum(&domain.session, own)?)
+    let own = |k: usize| {
+        let (inside, swirl) = cut.inside(domain, &s.bodies[k], k, &s.u);
+        CellMomentum { exchanged: exchanged[k], inside, swirl }
+    };
+    Ok(sums.sum_for_all(&domain.session, &cut.reach, own)?)
 }
 
 impl<const D: usize> CutBodies<D> {

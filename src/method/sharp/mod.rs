@@ -78,6 +78,7 @@ mod gap;
 mod image_point;
 mod impulsive_start;
 mod load;
+mod local;
 mod modes;
 mod motion;
 mod near;
@@ -144,6 +145,7 @@ struct Work<const D: usize> {
     forces: BodySums<load::SurfaceForces>,
     momenta: BodySums<load::CellMomentum>,
     vectors: BodySums<Vector3<f64>>,
+    pressure: pressure_step::Sums,
     contacts: contact_correction::Work,
 }
 
@@ -161,12 +163,20 @@ struct StepNumbers {
     /// How much of the last pressure's acceleration they have at once in place of the mean of the
     /// cells'.
     own: f64,
+    /// Whether a body on any rank has another one or a surface near.
+    crowded: bool,
 }
 
 impl StepNumbers {
     /// Before the first step.
-    const START: StepNumbers =
-        StepNumbers { courant: 0.0, diffusion: 0.0, keep: 1.0, keep_open: 1.0, own: 1.0 };
+    const START: StepNumbers = StepNumbers {
+        courant: 0.0,
+        diffusion: 0.0,
+        keep: 1.0,
+        keep_open: 1.0,
+        own: 1.0,
+        crowded: false,
+    };
 }
 
 /// The spacing that image points count in (m), and the layers of ghosts that they need, on a grid
@@ -270,7 +280,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn overlaps_of(&self, k: usize) -> Option<&[Overlap]> {
-        self.cut.bodies.get(k).map(|body| body.solid.as_slice())
+        (k < self.cut.bodies.count()).then(|| self.cut.bodies[k].solid.as_slice())
     }
 
     fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
@@ -331,6 +341,7 @@ impl<const D: usize> Sharp<D> {
                 forces: BodySums::with_capacity(n),
                 momenta: BodySums::with_capacity(n),
                 vectors: BodySums::with_capacity(n),
+                pressure: pressure_step::Sums::with_capacity(n),
                 contacts: contact_correction::Work::new(n),
             },
             cut,
