@@ -27,16 +27,15 @@ impl Summed for Vector3<f64> {
     }
 }
 
-/// A value per body, summed over the ranks, and the scratch of that.
+/// A value per body, summed over the ranks.
 #[derive(Debug)]
 pub struct BodySums<T> {
     values: Vec<T>,
-    buffers: Buffers,
 }
 
-/// Scratch of messages.
+/// Scratch of the messages, one for all sums.
 #[derive(Debug, Default)]
-struct Buffers {
+pub struct Messages {
     partners: Vec<(usize, usize)>,
     mine: Vec<f64>,
     theirs: Vec<f64>,
@@ -47,7 +46,7 @@ struct Buffers {
 impl<T: Summed + Clone + Default> BodySums<T> {
     /// Room for so many bodies.
     pub fn with_capacity(n: usize) -> BodySums<T> {
-        BodySums { values: Vec::with_capacity(n), buffers: Buffers::default() }
+        BodySums { values: Vec::with_capacity(n) }
     }
 
     /// Sums what `own` gives of each body that reaches this rank, over the ranks that it reaches;
@@ -59,11 +58,12 @@ impl<T: Summed + Clone + Default> BodySums<T> {
         &mut self,
         session: &Session,
         reach: &Reach,
+        messages: &mut Messages,
         own: impl FnMut(usize) -> T,
     ) -> Result<&mut [T]> {
         self.take(reach, own);
         if session.size() > 1 {
-            self.add_parts(session, reach)?;
+            self.add_parts(session, reach, messages)?;
         }
         Ok(&mut self.values)
     }
@@ -76,10 +76,11 @@ impl<T: Summed + Clone + Default> BodySums<T> {
         &mut self,
         session: &Session,
         reach: &Reach,
+        messages: &mut Messages,
         own: impl FnMut(usize) -> T,
     ) -> Result<&mut [T]> {
-        self.sum_here(session, reach, own)?;
-        self.hand_out(session, reach)
+        self.sum_here(session, reach, messages, own)?;
+        self.hand_out(session, reach, messages)
     }
 
     /// Gives all ranks what `own` gives on the owner of each body. Collective.
@@ -90,10 +91,11 @@ impl<T: Summed + Clone + Default> BodySums<T> {
         &mut self,
         session: &Session,
         reach: &Reach,
+        messages: &mut Messages,
         own: impl FnMut(usize) -> T,
     ) -> Result<&mut [T]> {
         self.take(reach, own);
-        self.hand_out(session, reach)
+        self.hand_out(session, reach, messages)
     }
 
     fn take(&mut self, reach: &Reach, mut own: impl FnMut(usize) -> T) {
@@ -105,8 +107,14 @@ impl<T: Summed + Clone + Default> BodySums<T> {
     }
 
     /// Adds the parts of the other ranks, in the order of the ranks.
-    fn add_parts(&mut self, session: &Session, reach: &Reach) -> Result<()> {
-        let BodySums { values, buffers: Buffers { partners, mine, theirs, .. } } = self;
+    fn add_parts(
+        &mut self,
+        session: &Session,
+        reach: &Reach,
+        messages: &mut Messages,
+    ) -> Result<()> {
+        let values = &mut self.values;
+        let Messages { partners, mine, theirs, .. } = messages;
         let width = width::<T>();
         mine.clear();
         for &(_, k) in reach.shared() {
@@ -134,8 +142,14 @@ impl<T: Summed + Clone + Default> BodySums<T> {
     }
 
     /// Gives all ranks the owners' values.
-    fn hand_out(&mut self, session: &Session, reach: &Reach) -> Result<&mut [T]> {
-        let BodySums { values, buffers: Buffers { mine, theirs, counts, starts, .. } } = self;
+    fn hand_out(
+        &mut self,
+        session: &Session,
+        reach: &Reach,
+        messages: &mut Messages,
+    ) -> Result<&mut [T]> {
+        let values = &mut self.values;
+        let Messages { mine, theirs, counts, starts, .. } = messages;
         if session.size() > 1 {
             let width = width::<T>();
             mine.clear();

@@ -68,7 +68,7 @@ use crate::poisson::pressure::Projected;
 use crate::reach::Reach;
 use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, Support};
-use crate::sums::BodySums;
+use crate::sums::{BodySums, Messages};
 pub use choices::{Choices, Driver};
 use nalgebra::Vector3;
 
@@ -97,6 +97,7 @@ pub struct Mics2003<const D: usize> {
     masses: BodySums<rigid::Moments>,
     pressures: BodySums<impose::MeanPressure>,
     exchanged: BodySums<Exchange>,
+    messages: Messages,
     /// Which bodies reach which ranks, and where they lay when that was found last.
     reach: Reach,
     places: Vec<Vector3<f64>>,
@@ -240,6 +241,7 @@ impl<const D: usize> Mics2003<D> {
             masses: BodySums::with_capacity(bodies.len()),
             pressures: BodySums::with_capacity(bodies.len()),
             exchanged: BodySums::with_capacity(bodies.len()),
+            messages: Messages::default(),
             reach: Reach::new(domain.session.rank(), domain.session.size(), bodies.len()),
             places: bodies.iter().map(|b| b.centre).collect(),
         }

@@ -95,7 +95,8 @@ impl<const D: usize> Mics2003<D> {
             }
             sums
         };
-        let sums = self.cells.sum_for_all(&domain.session, &self.reach, own)?;
+        let messages = &mut self.messages;
+        let sums = self.cells.sum_for_all(&domain.session, &self.reach, messages, own)?;
         let bodies = s.bodies.iter().zip(&mut self.departures);
         for (k, ((body, departure), sums)) in bodies.zip(sums).enumerate() {
             take(k, body, departure, *sums);
@@ -389,7 +390,8 @@ impl<const D: usize> Mics2003<D> {
             }
             moments
         };
-        let masses = self.masses.sum_for_all(&domain.session, &self.reach, own)?;
+        let messages = &mut self.messages;
+        let masses = self.masses.sum_for_all(&domain.session, &self.reach, messages, own)?;
         for ((moments, body), given) in masses.iter_mut().zip(bodies).zip(given) {
             let Some(freedom) = body.freedom() else {
                 *given = none;

@@ -72,6 +72,8 @@ impl<const D: usize> CutBodies<D> {
                 size,
                 periods,
                 gap::reach(all_fixed(bodies), &domain.numerics) * h,
+                // Most bodies have few; on several ranks that is what matters.
+                if ranks > 1 { 0 } else { 16 },
             ),
             before: bodies.iter().map(Before::here).collect(),
             beside: Vec::with_capacity(16),

@@ -70,7 +70,7 @@ impl<const D: usize> Sharp<D> {
     /// do. Collective.
     fn defer(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         let momenta =
-            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
+            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.sums)?;
         let histories = history(&mut s.surfaces)?.bodies.iter_mut().zip(momenta);
         for (((history, momentum), body), motion) in histories
             .zip(&s.bodies)
@@ -101,7 +101,7 @@ impl<const D: usize> Sharp<D> {
         s.drive = domain.drive.filter(|drive| drive.held().is_some()).map(|_| Vector3::zeros());
         if follow {
             let Sharp { cut, modes, motions, work, .. } = self;
-            let sums = &mut work.pressure;
+            let sums = &mut work.sums;
             PressureStep::new(domain, cut, s, (modes, motions, sums), 1.0)?.solve(None)?;
         } else {
             domain.project(&self.cut.beta, s, 1.0)?;

@@ -88,6 +88,7 @@ mod shared;
 mod shared_cell;
 mod stencil;
 mod step;
+mod sums;
 
 use super::momentum::{Mixture, Momentum};
 use super::stabilised::Stabilised;
@@ -102,7 +103,6 @@ use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, SurfaceHistory};
-use crate::sums::BodySums;
 use crate::{Error, Result};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
@@ -111,6 +111,7 @@ pub use gap::reach as gap_reach;
 use modes::Modes;
 use motion::BodyMotion;
 use nalgebra::Vector3;
+use sums::Sums;
 
 /// Depth to which the profile is continued into a body (spacings): the fifth-order upwind value of
 /// a face at the surface is from cells so far from it.
@@ -141,11 +142,7 @@ struct Work<const D: usize> {
     stage: VectorField<D>,
     accelerations: Vec<Accelerations>,
     exchanged: Vec<ExchangedMomentum>,
-    /// Sums over the ranks for each body.
-    forces: BodySums<load::SurfaceForces>,
-    momenta: BodySums<load::CellMomentum>,
-    vectors: BodySums<Vector3<f64>>,
-    pressure: pressure_step::Sums,
+    sums: Sums,
     contacts: contact_correction::Work,
 }
 
@@ -338,10 +335,7 @@ impl<const D: usize> Sharp<D> {
                 stage: domain.grid.vector_field(),
                 accelerations: vec![Accelerations::default(); n],
                 exchanged: vec![ExchangedMomentum::default(); n],
-                forces: BodySums::with_capacity(n),
-                momenta: BodySums::with_capacity(n),
-                vectors: BodySums::with_capacity(n),
-                pressure: pressure_step::Sums::with_capacity(n),
+                sums: Sums::with_capacity(n),
                 contacts: contact_correction::Work::new(n),
             },
             cut,
@@ -357,7 +351,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         new: impl Fn(usize) -> bool,
     ) -> Result<()> {
-        let forces = load::surface_forces(domain, &self.cut, s, &mut self.work.forces)?;
+        let forces = load::surface_forces(domain, &self.cut, s, &mut self.work.sums)?;
         let fluid = &domain.fluid;
         if let Some(contacts) = &mut self.contacts {
             contacts.meet(&s.bodies);

@@ -4,6 +4,7 @@
 use super::Sharp;
 use super::cut::CutBodies;
 use super::motion::BodyMotion;
+use super::sums::Sums;
 use crate::Result;
 use crate::domain::Domain;
 use crate::geometry::{Cut, FaceCentroids};
@@ -117,7 +118,8 @@ impl<const D: usize> Sharp<D> {
             };
             Vector3::from_fn(|axis, _| if axis < D { covered(axis) } else { 0.0 })
         };
-        let all = self.work.vectors.sum_for_all(&domain.session, &cut.reach, own)?;
+        let Sums { vectors, messages, .. } = &mut self.work.sums;
+        let all = vectors.sum_for_all(&domain.session, &cut.reach, messages, own)?;
         let free = self.motions.iter_mut().zip(bodies).zip(all);
         for ((motion, _), displaced) in free.filter(|((_, body), _)| body.freedom().is_some()) {
             (0..D).for_each(|axis| motion.displaced[axis] = displaced[axis]);

@@ -11,6 +11,7 @@ use super::coupled::CoupledFaces;
 use super::cut::CutBodies;
 use super::modes::{self, Modes};
 use super::motion::BodyMotion;
+use super::sums::{Response, Sums};
 use crate::Result;
 use crate::contact::{Contacts, Impulse};
 use crate::domain::Domain;
@@ -20,7 +21,6 @@ use crate::particles::Body;
 use crate::petsc::Session;
 use crate::poisson::pressure::{Coupled, Projected, Projection};
 use crate::state::State;
-use crate::sums::{BodySums, Summed};
 use nalgebra::Vector3;
 
 /// The solves of a step: all that may change the pressure, the faces or a body's velocity
@@ -114,35 +114,6 @@ struct Following<'a, const D: usize> {
     sums: &'a mut Sums,
 }
 
-/// Sums over the ranks that a solve needs.
-pub struct Sums {
-    vectors: BodySums<Vector3<f64>>,
-    responses: BodySums<Response>,
-}
-
-impl Sums {
-    /// Those of so many bodies.
-    pub fn with_capacity(n: usize) -> Sums {
-        Sums { vectors: BodySums::with_capacity(n), responses: BodySums::with_capacity(n) }
-    }
-}
-
-/// What a solve has made of a body.
-#[derive(Clone, Copy, Debug, Default)]
-struct Response {
-    velocity: Vector3<f64>,
-    spin: Vector3<f64>,
-    pressure: Vector3<f64>,
-    pressure_torque: Vector3<f64>,
-}
-
-impl Summed for Response {
-    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
-        let Response { velocity, spin, pressure, pressure_torque } = self;
-        [velocity, spin, pressure, pressure_torque].into_iter().for_each(|v| v.each(take));
-    }
-}
-
 impl<const D: usize> Coupled<D> for Following<'_, D> {
     fn faces(&mut self) -> &mut VectorField<D> {
         self.coupled.split().0
@@ -166,7 +137,8 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
         let cut = self.coupled.cut();
         let own = |k: usize| cut.pressure_force(grid, k, phi);
-        let forces = self.sums.vectors.sum_here(self.session, &cut.reach, own)?;
+        let Sums { vectors, messages, .. } = &mut *self.sums;
+        let forces = vectors.sum_here(self.session, &cut.reach, messages, own)?;
         for k in cut.reach.here() {
             apply_force(&mut self.coupled, &mut self.motions[k], k, &forces[k], dt);
         }
@@ -182,7 +154,8 @@ impl<const D: usize> Following<'_, D> {
     fn follow_turning(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
         let (cut, bodies) = (self.coupled.cut(), self.coupled.bodies());
         let own = |k: usize| cut.pressure_torque(grid, &bodies[k], k, phi);
-        let torques = self.sums.vectors.sum_here(self.session, &cut.reach, own)?;
+        let Sums { vectors, messages, .. } = &mut *self.sums;
+        let torques = vectors.sum_here(self.session, &cut.reach, messages, own)?;
         for k in self.oblong.iter().map(|k| *k as usize) {
             let torque = torques[k];
             let motion = &mut self.motions[k];
@@ -210,7 +183,8 @@ impl<const D: usize> Following<'_, D> {
             pressure: motions[k].pressure,
             pressure_torque: motions[k].pressure_torque,
         };
-        let responses = sums.responses.from_owners(session, reach, own)?;
+        let Sums { responses, messages, .. } = &mut **sums;
+        let responses = responses.from_owners(session, reach, messages, own)?;
         for (k, response) in responses.iter().enumerate() {
             coupled.set(k, &response.velocity, &response.spin);
             (motions[k].pressure, motions[k].pressure_torque) =

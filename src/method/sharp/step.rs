@@ -255,7 +255,7 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<Projected> {
         let _logged = domain.session.log(LogStage::Pressure)?;
         let Sharp { cut, contacts, modes, motions, work, .. } = self;
-        let sums = &mut work.pressure;
+        let sums = &mut work.sums;
         let in_contact = contacts.as_mut().filter(|contacts| contacts.gave(&s.bodies, dt));
         let mut step = PressureStep::new(domain, cut, s, (modes, motions, sums), dt)?;
         let (projected, taken) = match in_contact {
