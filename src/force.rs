@@ -76,8 +76,8 @@ impl<const D: usize> Forces<D> {
         }
     }
 
-    /// Hands what lies in each body (N), cell by cell with the arm from its centre (m), to `take`,
-    /// and keeps the sum of what the fluid has. Collective.
+    /// Hands what lies in each of the bodies (N), which come with their numbers, cell by cell with
+    /// the arm from its centre (m), to `take`, and keeps the sum of what the fluid has. Collective.
     ///
     /// # Errors
     /// When ranks cannot sum.
@@ -85,13 +85,13 @@ impl<const D: usize> Forces<D> {
         &mut self,
         session: &Session,
         grid: &Grid<D>,
-        bodies: impl Iterator<Item = &'a [Overlap]>,
+        bodies: impl Iterator<Item = (usize, &'a [Overlap])>,
         mut take: impl FnMut(usize, &Vector3<f64>, &Vector3<f64>),
     ) -> Result<()> {
         let volume = grid.cell_volume();
         let at = |c: usize| Vector3::from_fn(|a, _| if a < D { self.field[a][c] } else { 0.0 });
         let mut sum: Vector3<f64> = volume * grid.rows().flatten().map(at).sum::<Vector3<f64>>();
-        for (k, overlaps) in bodies.enumerate() {
+        for (k, overlaps) in bodies {
             for overlap in overlaps {
                 let inside = volume * overlap.fraction * at(overlap.cell);
                 take(k, &overlap.arm, &inside);

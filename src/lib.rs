@@ -122,6 +122,7 @@ pub mod output;
 pub mod particles;
 pub mod petsc;
 pub mod poisson;
+pub(crate) mod reach;
 pub mod run;
 pub mod scene;
 pub mod scheme;

@@ -22,7 +22,10 @@ impl Contacts {
         }
         self.travelled.fill(0.0);
         self.paired.fill(false);
-        std::mem::swap(&mut self.pairs, &mut self.old);
+        // The first search of a step has the few pairs with springs only: exchanged for the other,
+        // both lists would come to take the room of all.
+        self.old.clear();
+        self.old.extend_from_slice(&self.pairs);
         self.pairs.clear();
         self.neighbours.sort(bodies, 2.0 * farthest);
         let free = |i: usize| bodies[i].freedom().is_some();

@@ -60,15 +60,25 @@ impl<const D: usize> Block<D> {
 
     /// The owned cells within so far (m) of a centre (m) along each axis.
     pub fn owned(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> Block<D> {
+        let to = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
+        Block::within(grid, centre, bounds, (grid.start, to))
+    }
+
+    /// The same of the cells of all ranks.
+    pub fn of_all(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> Block<D> {
+        Block::within(grid, centre, bounds, ([0; D], grid.cells))
+    }
+
+    fn within(
+        grid: &Grid<D>,
+        centre: &Vector3<f64>,
+        bounds: &Vector3<f64>,
+        (from, to): ([usize; D], [usize; D]),
+    ) -> Block<D> {
         let cell = |a: usize, x: f64| (x / grid.h[a]).floor();
         let low = std::array::from_fn(|a| cell(a, centre[a] - bounds[a]));
         let high = std::array::from_fn(|a| cell(a, centre[a] + bounds[a]));
-        Block::between(
-            low,
-            high,
-            grid.start,
-            std::array::from_fn(|a| grid.start[a] + grid.local[a]),
-        )
+        Block::between(low, high, from, to)
     }
 }
 

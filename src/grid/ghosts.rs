@@ -20,6 +20,16 @@ pub(super) struct Planes {
 /// given.
 const PARABOLA: [f64; 3] = [-1.4, -0.2, 0.2];
 
+/// The first ghost of a velocity that is `given` at the boundary, from the three nearest cells: so
+/// much of the parabola through all, and the rest of the straight line.
+#[inline(always)]
+fn bent(given: f64, bend: f64, [near, next, third]: [f64; 3]) -> f64 {
+    let [a, b, c] = PARABOLA;
+    let parabola = (1.0 - a - b - c) * given + (a * near + b * next + c * third);
+    let straight = 2.0 * given - near;
+    straight + bend * (parabola - straight)
+}
+
 /// What a ghost becomes: a given value, if there is one, and a multiple of a cell's.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rule<'a> {
@@ -97,41 +107,76 @@ impl Planes {
 
     /// Sets the first `layers` of ghosts of a field on the sides that have a rule.
     pub fn set_ghosts(&self, layers: usize, rules: [Option<Rule>; 2], field: &mut [f64]) {
-        let (low, high, inner) = (self.ghosts, self.ghosts + self.local, self.inner);
-        let block_length = self.stored * inner;
+        let length = self.stored * self.inner;
         for block in self.blocks() {
-            let field = &mut field[block * block_length..][..block_length];
-            for (side, rule) in rules.iter().enumerate() {
-                let Some(Rule { given, factor, nearest, bend, most }) = *rule else { continue };
-                let given = given.map(|given| &given[block * inner..][..inner]);
-                if let (Some(bend), Some(given)) = (bend, given) {
-                    self.continue_parabola(side, given, &bend[block * inner..][..inner], field);
-                }
-                for depth in usize::from(bend.is_some())..layers.min(most) {
-                    let (ghost, mirror) = if side == 0 {
-                        (low - 1 - depth, low + depth)
-                    } else {
-                        (high + depth, high - 1 - depth)
-                    };
-                    let cell = if nearest { [low, high - 1][side] } else { mirror };
-                    if inner == 1 {
-                        let own = factor * field[cell];
-                        field[ghost] = given.map_or(own, |given| 2.0 * given[0] + own);
-                        continue;
+            let field = &mut field[block * length..][..length];
+            if self.inner > 1 {
+                self.set_slabs(layers, &rules, block, field);
+                continue;
+            }
+            // Both ends of a row while it is at hand.
+            if let Some(rule) = &rules[0] {
+                self.set_end::<0>(layers, rule, block, field);
+            }
+            if let Some(rule) = &rules[1] {
+                self.set_end::<1>(layers, rule, block, field);
+            }
+        }
+    }
+
+    /// Sets the ghosts at the low (`SIDE` 0) or high (1) end of a row of cells.
+    #[inline(always)]
+    fn set_end<const SIDE: usize>(
+        &self,
+        layers: usize,
+        rule: &Rule,
+        block: usize,
+        row: &mut [f64],
+    ) {
+        let Rule { given, factor, nearest, bend, most } = *rule;
+        let (layers, twice) = (layers.min(most), given.map(|given| 2.0 * given[block]));
+        let (below, above) = row.split_at_mut(self.ghosts + if SIDE == 0 { 0 } else { self.local });
+        let (ghosts, cells) = if SIDE == 0 { (below, &*above) } else { (above, &*below) };
+        let (count, last) = (ghosts.len(), cells.len() - 1);
+        let cell = |depth: usize| cells[if SIDE == 0 { depth } else { last - depth }];
+        let ghost = |depth: usize| if SIDE == 0 { count - 1 - depth } else { depth };
+        for depth in 0..layers {
+            let own = factor * cell(if nearest { 0 } else { depth });
+            ghosts[ghost(depth)] = twice.map_or(own, |twice| twice + own);
+        }
+        if let (Some(bend), Some(given)) = (bend, given) {
+            ghosts[ghost(0)] = bent(given[block], bend[block], [cell(0), cell(1), cell(2)]);
+        }
+    }
+
+    /// Sets the ghosts of a block whose layers are slabs of cells.
+    fn set_slabs(&self, layers: usize, rules: &[Option<Rule>; 2], block: usize, field: &mut [f64]) {
+        let (low, high, inner) = (self.ghosts, self.ghosts + self.local, self.inner);
+        for (side, rule) in rules.iter().enumerate() {
+            let Some(Rule { given, factor, nearest, bend, most }) = *rule else { continue };
+            let given = given.map(|given| &given[block * inner..][..inner]);
+            if let (Some(bend), Some(given)) = (bend, given) {
+                self.continue_parabola(side, given, &bend[block * inner..][..inner], field);
+            }
+            for depth in usize::from(bend.is_some())..layers.min(most) {
+                let (ghost, mirror) = if side == 0 {
+                    (low - 1 - depth, low + depth)
+                } else {
+                    (high + depth, high - 1 - depth)
+                };
+                let cell = if nearest { [low, high - 1][side] } else { mirror };
+                let (below, above) = field.split_at_mut(ghost.max(cell) * inner);
+                let (ghosts, cells) = if side == 0 {
+                    (&mut below[ghost * inner..][..inner], &above[..inner])
+                } else {
+                    (&mut above[..inner], &below[cell * inner..][..inner])
+                };
+                let pairs = ghosts.iter_mut().zip(cells);
+                match given {
+                    Some(given) => {
+                        pairs.zip(given).for_each(|((g, c), given)| *g = 2.0 * given + factor * c)
                     }
-                    let (below, above) = field.split_at_mut(ghost.max(cell) * inner);
-                    let (ghosts, cells) = if side == 0 {
-                        (&mut below[ghost * inner..][..inner], &above[..inner])
-                    } else {
-                        (&mut above[..inner], &below[cell * inner..][..inner])
-                    };
-                    let pairs = ghosts.iter_mut().zip(cells);
-                    match given {
-                        Some(given) => pairs
-                            .zip(given)
-                            .for_each(|((g, c), given)| *g = 2.0 * given + factor * c),
-                        None => pairs.for_each(|(g, c)| *g = factor * c),
-                    }
+                    None => pairs.for_each(|(g, c)| *g = factor * c),
                 }
             }
         }
@@ -156,11 +201,8 @@ impl Planes {
             &mut ghosts[..inner]
         };
         let [near, next, third] = [0, 1, 2].map(|n| &cells[row(cells, n)]);
-        let [a, b, c] = PARABOLA;
         for (i, ((ghost, given), bend)) in ghosts.iter_mut().zip(given).zip(bend).enumerate() {
-            let parabola = (1.0 - a - b - c) * given + (a * near[i] + b * next[i] + c * third[i]);
-            let straight = 2.0 * given - near[i];
-            *ghost = straight + bend * (parabola - straight);
+            *ghost = bent(*given, *bend, [near[i], next[i], third[i]]);
         }
     }
 

@@ -12,11 +12,13 @@
 //! A face field along an axis is stored alike: entry `i` is the low face of cell `i`.
 
 mod boundary;
+mod division;
 mod ghosts;
 mod side;
 mod simd;
 
 pub use boundary::{Boundaries, BoundaryKind};
+pub use division::Division;
 pub use side::SideVelocity;
 pub use simd::{largest, simd, total};
 
@@ -50,6 +52,8 @@ pub struct Grid<const D: usize> {
     pub ghosts: usize,
     /// Distance in a field between neighbours along each axis.
     pub stride: [usize; D],
+    /// Which rank owns which cells.
+    pub division: Division<D>,
 }
 
 impl<const D: usize> Grid<D> {
@@ -66,6 +70,7 @@ impl<const D: usize> Grid<D> {
             stored,
             ghosts: layout.ghosts,
             stride: std::array::from_fn(|a| stored[..a].iter().product()),
+            division: Division { cells, ranks: std::array::from_fn(|a| layout.ranks[a]) },
         }
     }
 

@@ -19,6 +19,8 @@ pub struct Layout {
     pub stored: [usize; 3],
     /// Layers of ghosts.
     pub ghosts: usize,
+    /// Ranks along each axis (1 along z in 2D), numbered x fastest.
+    pub ranks: [usize; 3],
     /// The rank below and above along each axis, where there is one (itself, where it closes a
     /// period alone).
     pub neighbours: [[Option<usize>; 2]; 3],
@@ -65,7 +67,7 @@ impl Layout {
         )?;
         // SAFETY: `da` is a DMDA just made; on failure it is still ours to destroy.
         let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) })
-            .and_then(|()| Self::read(da, (cells, periodic), ghosts));
+            .and_then(|()| Self::read(da, (cells, periodic), ranks, ghosts));
         // SAFETY: destroyed once.
         check("DMDestroy", unsafe { ffi::DMDestroy(&mut da) })?;
         read
@@ -118,7 +120,12 @@ impl Layout {
         self.whole.iter().map(|(cells, _)| of(*cells)).min().unwrap_or(0)
     }
 
-    fn read(da: ffi::DM, (cells, periodic): (&[usize], &[bool]), ghosts: usize) -> Result<Layout> {
+    fn read(
+        da: ffi::DM,
+        (cells, periodic): (&[usize], &[bool]),
+        ranks_along: [usize; 3],
+        ghosts: usize,
+    ) -> Result<Layout> {
         let dimension = cells.len();
         let (mut s, mut n) = ([0i32; 3], [1i32; 3]);
         let (mut ranks, mut map) = (ptr::null(), ptr::null_mut());
@@ -159,6 +166,7 @@ impl Layout {
             local: n.map(|v| v as usize),
             stored: stored(n),
             ghosts,
+            ranks: ranks_along,
             neighbours,
             numbers,
             whole: cells.iter().copied().zip(periodic.iter().copied()).collect(),

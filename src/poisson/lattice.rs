@@ -90,6 +90,7 @@ impl Lattice {
             local: self.n,
             stored,
             ghosts: 1,
+            ranks: [1; 3],
             neighbours,
             numbers: none,
             whole,

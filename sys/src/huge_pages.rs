@@ -1,8 +1,8 @@
 //! The system's allocator, with huge pages asked for where arrays are large.
 //!
-//! A field of a grid is read row by row and plane by plane: with pages of 4 kB each row is on a page
-//! of its own, and the processor spends a part of its time to look up where pages are. Linux gives
-//! pages of 2 MB to who asks for them (`madvise`), unless they are switched off.
+//! A field of a grid is read row by row and plane by plane: with pages of 4 kB each row is on a
+//! page of its own, and the processor spends a part of its time to look up where pages are. Linux
+//! gives pages of 2 MB to who asks for them (`madvise`), unless they are switched off.
 
 use rustix::mm::{Advice, madvise};
 use std::alloc::{GlobalAlloc, Layout, System};

@@ -29,10 +29,15 @@ fn snapshots(out: &Path) -> Vec<PathBuf> {
 
 /// Runs a case on 1, 2 and 4 ranks and compares forces, divergence and fields.
 fn expect_the_same(text: &str) {
+    expect_the_same_on([1, 2, 4], text);
+}
+
+/// The same on other numbers of ranks, of which the first is the standard.
+fn expect_the_same_on<const N: usize>(ranks: [usize; N], text: &str) {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");
     std::fs::write(&case, text).unwrap();
-    let out = [1, 2, 4].map(|ranks| {
+    let out = ranks.map(|ranks| {
         let out = dir.path().join(ranks.to_string());
         run_on(ranks, &case, &out);
         summary(&out);
@@ -191,6 +196,33 @@ fn ranks_agree_colliding_spheres_crossing_subdomains() {
         free([0.85, 0.5, 0.5], 2.65, [0.6, 0.0, 0.1]),
         free([0.32, 0.45, 0.6], 20.0, [-0.3, -0.2, 0.0]),
     ));
+}
+
+/// A row of discs that touch lies over three of nine ranks and moves on over the corners between
+/// them, with lone discs elsewhere: most bodies reach few of the ranks, some reach four, and which
+/// changes.
+#[test]
+fn ranks_agree_chain_of_discs_over_nine_ranks() {
+    let disc = |place: [f64; 2], velocity: [f64; 2]| {
+        format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.125 }} }}\nposition = {place:?}\n\
+            density = 2.65\nvelocity = {velocity:?}\n"
+        )
+    };
+    let chain: String =
+        (0..6).map(|k| disc([0.2 + 0.1249 * f64::from(k), 0.37], [0.5, -0.4])).collect();
+    let others = disc([0.93, 0.66], [0.8, 0.1]) + &disc([0.5, 0.85], [0.0, -0.6]);
+    expect_the_same_on(
+        [1, 4, 9],
+        &format!(
+            "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [48, 48]\n[fluid]\n\
+            density = 1.0\nviscosity = 0.01\ngravity = [0.3, -1.0]\n[boundary]\n\
+            west = \"periodic\"\neast = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
+            {chain}{others}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\n\
+            restitution = 0.6\n[coupling]\nwall = \"sharp\"\n[time]\nend = 0.12\n\
+            step = 0.004\n[pressure]\ndivergence_limit = 1.0e-10"
+        ),
+    );
 }
 
 #[test]

@@ -4,11 +4,12 @@ use super::{Driver, Mics2003};
 use crate::Result;
 use crate::domain::Domain;
 use crate::method::vector;
-use crate::state::State;
-use crate::sums::{Summed, over_ranks};
+use crate::state::{Exchange, State};
+use crate::sums::Summed;
 use nalgebra::Vector3;
 
 /// What a body's mean pressure is of.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MeanPressure {
     /// `sum alpha p` (Pa).
     sum: f64,
@@ -75,11 +76,12 @@ impl<const D: usize> Mics2003<D> {
     /// (p_k - p)` with `p_k = sum alpha p / sum alpha`. Collective.
     pub(super) fn flatten_pressure(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         let p = &mut s.p;
-        let own = self.overlaps.iter().map(|overlaps| MeanPressure {
-            sum: overlaps.iter().map(|o| o.fraction * p[o.cell]).sum(),
-            weight: overlaps.iter().map(|o| o.fraction).sum(),
-        });
-        let means = self.pressures.sum(&domain.session, own)?;
+        let own = |k: usize| MeanPressure {
+            sum: self.overlaps[k].iter().map(|o| o.fraction * p[o.cell]).sum(),
+            weight: self.overlaps[k].iter().map(|o| o.fraction).sum(),
+        };
+        let messages = &mut self.messages;
+        let means = self.pressures.sum_here(&domain.session, &self.reach, messages, own)?;
         for ((overlaps, kicks), MeanPressure { sum, weight }) in
             self.overlaps.iter().zip(&mut self.kicks).zip(means)
         {
@@ -96,6 +98,12 @@ impl<const D: usize> Mics2003<D> {
 
     /// Sums the step's forces over the ranks. Collective.
     pub(super) fn sum_exchange(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
-        over_ranks(&domain.session, &mut s.exchange, &mut self.buffer)
+        let own = |k: usize| s.exchange[k];
+        let messages = &mut self.messages;
+        let sums = self.exchanged.sum_for_all(&domain.session, &self.reach, messages, own)?;
+        for (exchange, sum) in s.exchange.iter_mut().zip(sums) {
+            *exchange = Exchange { contact: exchange.contact, ..*sum };
+        }
+        Ok(())
     }
 }

@@ -62,12 +62,13 @@ use crate::grid::{Coefficient, Grid};
 use crate::kernels::boundary::Sides;
 use crate::kernels::faces::{BodyForce, FaceCoefficient};
 use crate::method::vector;
-use crate::particles::{Accelerations, Body};
+use crate::particles::{Accelerations, Body, nearest_image};
 use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
+use crate::reach::Reach;
 use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, Support};
-use crate::sums::BodySums;
+use crate::sums::{BodySums, Messages};
 pub use choices::{Choices, Driver};
 use nalgebra::Vector3;
 
@@ -95,8 +96,11 @@ pub struct Mics2003<const D: usize> {
     cells: BodySums<motion::CellSums>,
     masses: BodySums<rigid::Moments>,
     pressures: BodySums<impose::MeanPressure>,
-    /// Scratch of the sums of what bodies exchanged.
-    buffer: Vec<f64>,
+    exchanged: BodySums<Exchange>,
+    messages: Messages,
+    /// Which bodies reach which ranks, and where they lay when that was found last.
+    reach: Reach,
+    places: Vec<Vector3<f64>>,
 }
 
 impl<const D: usize> Method<D> for Mics2003<D> {
@@ -236,7 +240,10 @@ impl<const D: usize> Mics2003<D> {
             cells: BodySums::with_capacity(bodies.len()),
             masses: BodySums::with_capacity(bodies.len()),
             pressures: BodySums::with_capacity(bodies.len()),
-            buffer: Vec::new(),
+            exchanged: BodySums::with_capacity(bodies.len()),
+            messages: Messages::default(),
+            reach: Reach::new(domain.session.rank(), domain.session.size(), bodies.len()),
+            places: bodies.iter().map(|b| b.centre).collect(),
         }
     }
 
@@ -296,6 +303,7 @@ impl<const D: usize> Mics2003<D> {
 
     /// Finds the cells that the bodies touch, for readers of the results.
     pub fn find_overlaps(&mut self, domain: &Domain<D>, s: &State<D>, wanted: fn(&Body) -> bool) {
+        self.find_reach(domain, &s.bodies);
         for (body, overlaps) in s.bodies.iter().zip(&mut self.overlaps).filter(|(b, _)| wanted(b)) {
             fraction::overlaps(
                 &domain.grid,
@@ -305,6 +313,18 @@ impl<const D: usize> Mics2003<D> {
                 overlaps,
             );
         }
+    }
+
+    /// Finds which bodies reach which ranks: where they lie, and where they lay before, since what
+    /// they exchange in a step is of both.
+    fn find_reach(&mut self, domain: &Domain<D>, bodies: &[Body]) {
+        let (periods, places) = (domain.periods(), &mut self.places);
+        let spacing = domain.grid.h.iter().copied().fold(0.0, f64::max);
+        self.reach.find(&domain.grid, bodies, |k| {
+            let way = nearest_image(&places[k], &bodies[k].centre, &periods).norm();
+            Vector3::repeat(bodies[k].radius() + way + spacing)
+        });
+        places.iter_mut().zip(bodies).for_each(|(place, body)| *place = body.centre);
     }
 
     /// (1). Where nothing has moved, nothing changes. Collective.

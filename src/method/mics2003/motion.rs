@@ -81,10 +81,11 @@ impl<const D: usize> Mics2003<D> {
         mut take: impl FnMut(usize, &Body, &mut Departure, CellSums),
     ) -> Result<()> {
         let (volume, density) = (domain.grid.cell_volume(), &self.flow.mixture.density);
-        let all = self.overlaps.iter().zip(&s.exchange).zip(&self.departures);
-        let own = all.map(|((overlaps, exchange), departure)| {
-            let mut sums = CellSums { also: also(exchange), ..CellSums::default() };
-            for o in overlaps {
+        let (overlaps, departures) = (&self.overlaps, &self.departures);
+        let own = |k: usize| {
+            let departure = &departures[k];
+            let mut sums = CellSums { also: also(&s.exchange[k]), ..CellSums::default() };
+            for o in &overlaps[k] {
                 let (u, share) = (vector(&s.u, o.cell), o.fraction * volume);
                 let relative = u - departure.velocity;
                 sums.moments.add(density.at(o.cell) * share, &o.arm, &u);
@@ -93,8 +94,9 @@ impl<const D: usize> Mics2003<D> {
                 sums.swirl += share * o.arm.cross(&relative);
             }
             sums
-        });
-        let sums = self.cells.sum(&domain.session, own)?;
+        };
+        let messages = &mut self.messages;
+        let sums = self.cells.sum_for_all(&domain.session, &self.reach, messages, own)?;
         let bodies = s.bodies.iter().zip(&mut self.departures);
         for (k, ((body, departure), sums)) in bodies.zip(sums).enumerate() {
             take(k, body, departure, *sums);
@@ -380,14 +382,16 @@ impl<const D: usize> Mics2003<D> {
             return Ok(());
         }
         let volume = domain.grid.cell_volume();
-        let own = self.overlaps.iter().zip(bodies).map(|(overlaps, body)| {
+        let overlaps = &self.overlaps;
+        let own = |k: usize| {
             let mut moments = Moments::default();
-            for o in overlaps {
-                moments.add(body.density * o.fraction * volume, &o.arm, &none.0);
+            for o in &overlaps[k] {
+                moments.add(bodies[k].density * o.fraction * volume, &o.arm, &none.0);
             }
             moments
-        });
-        let masses = self.masses.sum(&domain.session, own)?;
+        };
+        let messages = &mut self.messages;
+        let masses = self.masses.sum_for_all(&domain.session, &self.reach, messages, own)?;
         for ((moments, body), given) in masses.iter_mut().zip(bodies).zip(given) {
             let Some(freedom) = body.freedom() else {
                 *given = none;

@@ -68,8 +68,8 @@ impl<const D: usize> PressureAcceleration<D> {
         let (grid, density) = (&domain.grid, domain.fluid.density);
         let CutBodies { bodies: cut_bodies, beta, .. } = cut;
         let beta = &*beta.field(grid);
-        for (cut, body) in cut_bodies.iter_mut().zip(bodies) {
-            let driven = felt(&self.driven, body);
+        for (k, cut) in cut_bodies.each_mut() {
+            let driven = felt(&self.driven, &bodies[k]);
             for (axis, (beta, a)) in beta.iter().zip(&self.faces).enumerate() {
                 for own in &mut cut.own_cells {
                     let (low, high) = (own.cell as usize, own.cell as usize + grid.stride[axis]);
@@ -101,7 +101,7 @@ impl<const D: usize> CutBodies<D> {
         u: &mut VectorField<D>,
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
-        for (k, body) in self.bodies.iter().enumerate() {
+        for (k, body) in self.bodies.each() {
             for (axis, field) in u.iter_mut().enumerate() {
                 for own in &body.own_cells {
                     field[own.cell as usize] += dt * own.cut_change[axis];

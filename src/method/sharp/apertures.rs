@@ -53,7 +53,7 @@ impl<const D: usize> CutBodies<D> {
                 1.0 - (1.0 - total).max(least)
             };
             self.shared_faces.clear();
-            for body in &mut self.bodies {
+            for body in self.bodies.iter_mut() {
                 for cut in body.cuts[axis].iter_mut() {
                     let (face, all) = (cut.face as usize, total[cut.face as usize]);
                     let alone = all == cut.solid_fraction;

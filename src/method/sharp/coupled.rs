@@ -43,6 +43,13 @@ impl<'a, const D: usize> CoupledFaces<'a, D> {
         (self.faces, self.bodies)
     }
 
+    /// Sets the velocity (m/s) and the spin (rad/s) of a body to what they are on its rank, whose
+    /// faces have them already.
+    pub fn set(&mut self, k: usize, velocity: &Vector3<f64>, spin: &Vector3<f64>) {
+        let body = &mut self.bodies[k];
+        (body.velocity, body.spin) = (*velocity, *spin);
+    }
+
     /// Changes the velocity (m/s) and the spin (rad/s) of a body, and its faces.
     pub fn change(&mut self, k: usize, velocity: &Vector3<f64>, spin: &Vector3<f64>) {
         let body = &mut self.bodies[k];

@@ -1,9 +1,10 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
-use super::cut_body::{Before, CutBody, GhostCell};
+use super::cut_body::{BEYOND, Before, CutBody, GhostCell};
 use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
+use super::local::LocalBodies;
 use super::near::NearBodies;
 use super::profile::{self, Parabola};
 use super::shared::SharedCells;
@@ -15,14 +16,17 @@ use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::particles::{Body, all_fixed, nearest_image};
+use crate::reach::Reach;
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
-    /// Each.
-    pub bodies: Vec<CutBody<D>>,
+    /// Those that reach this rank.
+    pub bodies: LocalBodies<D>,
+    /// Which bodies reach which ranks.
+    pub reach: Reach,
     /// Open part of faces over the fluid's density (m3/kg).
     pub beta: FaceCoefficient<D>,
     /// Which are near each other.
@@ -54,20 +58,28 @@ impl<const D: usize> CutBodies<D> {
         let (grid, periods, h) =
             (&domain.grid, domain.periods(), ghost_width(&domain.grid.h, &domain.numerics).0);
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
-        let cut: Vec<_> =
-            bodies.iter().map(|b| CutBody::new(grid, b.shape(), h, &domain.numerics)).collect();
+        let (rank, ranks) = (domain.session.rank(), domain.session.size());
+        let cut = if ranks > 1 {
+            LocalBodies::none(grid, bodies.len())
+        } else {
+            let cut = |b: &Body| CutBody::new(grid, b.shape(), h, &domain.numerics);
+            LocalBodies::all(grid, bodies.iter().map(cut).collect())
+        };
         let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
         let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
         let shared = cut.iter().map(|cut| cut.shared_ghost_cells.capacity()).sum();
         let open = vec![1.0 / domain.fluid.density; grid.field().len()];
         CutBodies {
             bodies: cut,
+            reach: Reach::new(rank, ranks, bodies.len()),
             beta: FaceCoefficient::Field(std::array::from_fn(|_| open.clone())),
             near: NearBodies::new(
                 bodies,
                 size,
                 periods,
                 gap::reach(all_fixed(bodies), &domain.numerics) * h,
+                // Most bodies have few; on several ranks that is what matters.
+                if ranks > 1 { 0 } else { 16 },
             ),
             before: bodies.iter().map(Before::here).collect(),
             beside: Vec::with_capacity(16),
@@ -114,6 +126,7 @@ impl<const D: usize> CutBodies<D> {
     fn rebuild(&mut self, domain: &Domain<D>, bodies: &[Body], wanted: fn(&Body) -> bool, dt: f64) {
         self.uncover_faces(domain);
         self.near.find(bodies);
+        self.find_reach(domain, bodies);
         let (grid, boundaries) = (&domain.grid, &domain.boundaries);
         // A fluid without viscosity has none, however long the time.
         let rate =
@@ -125,9 +138,9 @@ impl<const D: usize> CutBodies<D> {
         let distance = domain.numerics.slope_image_point;
         let slope =
             if cubic { profile::slope_of_means(distance) } else { profile::slope(distance) };
-        for k in 0..bodies.len() {
+        for (k, cut) in self.bodies.each_mut() {
             let near = &self.near.near[k];
-            if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] {
+            if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] && !cut.is_empty() {
                 continue;
             }
             self.beside.clear();
@@ -154,10 +167,24 @@ impl<const D: usize> CutBodies<D> {
                 parabola,
                 slope,
             };
-            self.bodies[k].rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
+            cut.rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
         }
-        self.shared.share(&mut self.bodies);
+        self.shared.share(self.bodies.as_mut_slice());
         self.set_apertures(domain);
+    }
+
+    /// Finds which bodies reach which ranks, as far as a rank can have anything of one: by where
+    /// they lie and lay, whatever is near them.
+    fn find_reach(&mut self, domain: &Domain<D>, bodies: &[Body]) {
+        let CutBodies { reach, before, h, .. } = self;
+        let tight = gap::unresolved(&domain.numerics) * *h;
+        reach.find(&domain.grid, bodies, |k| {
+            let (body, before) = (&bodies[k], &before[k]);
+            let shape = body.shape();
+            let bounds = shape.bounds(&body.orientation()).sup(&shape.bounds(&before.orientation));
+            bounds.add_scalar(before.way.norm().max(tight) + BEYOND * *h)
+        });
+        self.bodies.keep(&domain.grid, self.reach.here());
     }
 
     /// Sets the apertures of all faces to one that the bodies cover.
@@ -205,9 +232,9 @@ impl<const D: usize> CutBodies<D> {
         let (grid, fluid, numerics) = (&domain.grid, &domain.fluid, &domain.numerics);
         let resolved = numerics.resolved_layer * fluid.viscosity / (fluid.density * self.h);
         let limit = Some((resolved, numerics.largest_profile));
-        let cuts = &mut self.bodies[..];
+        let cuts = &mut self.bodies;
         Arch::new().dispatch(FindTargets { cuts, bodies, grid, u, limit, cleared });
-        self.shared.share_targets(&mut self.bodies, cleared);
+        self.shared.share_targets(self.bodies.as_mut_slice(), cleared);
     }
 
     /// Finds by the velocity `u` (m/s), ghosts filled, what the cubic extrapolation adds from now
@@ -215,7 +242,7 @@ impl<const D: usize> CutBodies<D> {
     pub fn find_cubic(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
         let (grid, fluid) = (&domain.grid, &domain.fluid);
         let creeping = domain.numerics.creeping_layer * fluid.viscosity / (fluid.density * self.h);
-        for (k, cut) in self.bodies.iter_mut().enumerate() {
+        for (k, cut) in self.bodies.each_mut() {
             let CutBody { profiles, stencils, cubic, .. } = cut;
             let flow = Flow { grid, u, bodies, k };
             for cubic in cubic.iter_mut().filter(|_| creeping > 0.0) {
@@ -243,7 +270,7 @@ impl<const D: usize> CutBodies<D> {
 
     /// Finds what the velocity `u` (m/s) has in all ghost cells beyond their targets.
     pub fn find_offsets(&mut self, u: &VectorField<D>) {
-        for CutBody { ghost_cells, targets, offsets, .. } in &mut self.bodies {
+        for CutBody { ghost_cells, targets, offsets, .. } in self.bodies.iter_mut() {
             offsets.clear();
             let all = ghost_cells.iter().zip(&*targets);
             offsets.extend(all.map(|(ghost, target)| vector(u, ghost.cell as usize) - target));
@@ -252,7 +279,7 @@ impl<const D: usize> CutBodies<D> {
 
     /// Adds a part of these to the targets.
     pub fn add_offsets(&mut self, part: f64) {
-        for CutBody { targets, offsets, .. } in &mut self.bodies {
+        for CutBody { targets, offsets, .. } in self.bodies.iter_mut() {
             for (target, offset) in targets.iter_mut().zip(offsets) {
                 *target += part * *offset;
             }
@@ -269,7 +296,7 @@ impl<const D: usize> CutBodies<D> {
         u: &mut VectorField<D>,
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
-        for (k, cut) in self.bodies.iter().enumerate() {
+        for (k, cut) in self.bodies.each() {
             let all = cut.ghost_cells.iter().zip(&cut.targets);
             for (ghost, target) in all.filter(|(ghost, _)| cleared || !ghost.cleared) {
                 let (mut added, cell) = (Vector3::zeros(), ghost.cell as usize);
@@ -305,7 +332,7 @@ impl<const D: usize> CutBodies<D> {
 
 /// Finds the targets of ghost cells by a velocity, ghosts filled.
 struct FindTargets<'a, const D: usize> {
-    cuts: &'a mut [CutBody<D>],
+    cuts: &'a mut LocalBodies<D>,
     bodies: &'a [Body],
     grid: &'a Grid<D>,
     u: &'a VectorField<D>,
@@ -321,7 +348,7 @@ impl<const D: usize> WithSimd for FindTargets<'_, D> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let FindTargets { cuts, bodies, grid, u, limit, cleared } = self;
-        for (k, cut) in cuts.iter_mut().enumerate() {
+        for (k, cut) in cuts.each_mut() {
             let CutBody { ghost_cells, profiles, targets, stencils, cubic, .. } = cut;
             let sets = |ghost: &GhostCell| cleared || !ghost.cleared;
             for (ghost, target) in ghost_cells.iter().zip(targets.iter_mut()) {

@@ -16,7 +16,7 @@ use crate::particles::Body;
 use nalgebra::Vector3;
 
 /// Spacings beyond a body at which a rank has nothing of it.
-const BEYOND: f64 = 2.0;
+pub(super) const BEYOND: f64 = 2.0;
 
 /// A body shares at most one of so many of its cells: they lie in the plane between two.
 const FEW: usize = 4;
@@ -82,8 +82,7 @@ pub struct GapFace {
 pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis.
     pub cuts: [Cuts<D>; D],
-    /// Whether another body or a surface is so near that there may be some in narrow gaps: all
-    /// ranks know.
+    /// Whether another body or a surface is so near that there may be some in narrow gaps.
     pub has_neighbours: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
     pub gaps: [Vec<GapFace>; D],
@@ -125,7 +124,7 @@ impl<const D: usize> CutBody<D> {
     /// (m). Of several ranks a body touches few: there it takes room as it comes.
     pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64, numerics: &Numerics) -> CutBody<D> {
         if grid.local != grid.cells {
-            return CutBody::elsewhere(grid, false);
+            return CutBody::elsewhere(grid);
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
         let (ghosts, quadrature_points) = (cells(gap::unresolved(numerics)), shape.surface(h));
@@ -152,11 +151,11 @@ impl<const D: usize> CutBody<D> {
         }
     }
 
-    /// One that does not reach into this rank's box.
-    fn elsewhere(grid: &Grid<D>, has_neighbours: bool) -> CutBody<D> {
+    /// Nothing: of a body that does not reach into this rank's box.
+    pub fn elsewhere(grid: &Grid<D>) -> CutBody<D> {
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(0)),
-            has_neighbours,
+            has_neighbours: false,
             gaps: std::array::from_fn(|_| Vec::new()),
             at_boundary: false,
             solid: Vec::new(),
@@ -174,6 +173,11 @@ impl<const D: usize> CutBody<D> {
             quadrature_points: Vec::new(),
             stencils: Stencils::new(grid, 0, 0, true),
         }
+    }
+
+    /// Whether it has to be built, having just come, or has nothing here.
+    pub fn is_empty(&self) -> bool {
+        self.quadrature_points.is_empty()
     }
 
     /// The faces along `axis` that it covers.
@@ -218,7 +222,7 @@ impl<const D: usize> CutBody<D> {
         {
             if !self.quadrature_points.is_empty() {
                 // It has left: its room goes with it.
-                *self = CutBody::elsewhere(grid, self.has_neighbours);
+                *self = CutBody::elsewhere(grid);
             }
             return;
         }

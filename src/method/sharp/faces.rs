@@ -31,7 +31,7 @@ impl<const D: usize> CutBodies<D> {
         let correction = &mut history(surfaces)?.correction;
         self.corrections_before.clear();
         for (axis, correction) in correction.iter().enumerate() {
-            for cut in &self.bodies {
+            for cut in self.bodies.iter() {
                 let before = &mut self.corrections_before;
                 before.extend(cut.cuts[axis].iter().map(|cut| correction[cut.face as usize]));
                 before.extend(cut.gaps[axis].iter().map(|gap| correction[gap.face as usize]));
@@ -59,7 +59,7 @@ impl<const D: usize> CutBodies<D> {
         for axis in 0..D {
             let (q, correction, a) = (&u[axis], &mut correction[axis], &acceleration[axis]);
             let open_part = OpenPart::new(grid, axis);
-            for cut in &self.bodies {
+            for cut in self.bodies.iter() {
                 let (of_cuts, rest) = before.split_at(cut.cuts[axis].len());
                 let (of_gaps, rest) = rest.split_at(cut.gaps[axis].len());
                 before = rest;
@@ -92,7 +92,8 @@ impl<const D: usize> CutBodies<D> {
         correction: &[f64],
         face: &mut [f64],
     ) {
-        for (cut, body) in self.bodies.iter().zip(bodies) {
+        for (k, cut) in self.bodies.each() {
+            let body = &bodies[k];
             for (cut, centroids) in cut.faces(axis) {
                 let at = cut.face as usize;
                 let q = correction[at] + dt * a[at];

@@ -41,8 +41,8 @@ impl<const D: usize> Sharp<D> {
         // was.
         shift(&mut history(&mut s.surfaces)?.before_forcing, -1.0, &s.u);
         add(&mut s.faces_before, -1.0, &s.faces);
-        for (cut, body) in self.cut.bodies.iter().zip(&s.bodies).filter(|(_, body)| new(body.id)) {
-            cut.cover_faces(body, &mut s.faces);
+        for (k, cut) in self.cut.bodies.each().filter(|(k, _)| new(s.bodies[*k].id)) {
+            cut.cover_faces(&s.bodies[k], &mut s.faces);
         }
         domain.boundaries.set_faces(&mut s.faces);
         // No force of a step has made what is inside, before or after.
@@ -70,7 +70,7 @@ impl<const D: usize> Sharp<D> {
     /// do. Collective.
     fn defer(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         let momenta =
-            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
+            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.sums)?;
         let histories = history(&mut s.surfaces)?.bodies.iter_mut().zip(momenta);
         for (((history, momentum), body), motion) in histories
             .zip(&s.bodies)
@@ -101,7 +101,7 @@ impl<const D: usize> Sharp<D> {
         s.drive = domain.drive.filter(|drive| drive.held().is_some()).map(|_| Vector3::zeros());
         if follow {
             let Sharp { cut, modes, motions, work, .. } = self;
-            let sums = &mut work.vectors;
+            let sums = &mut work.sums;
             PressureStep::new(domain, cut, s, (modes, motions, sums), 1.0)?.solve(None)?;
         } else {
             domain.project(&self.cut.beta, s, 1.0)?;

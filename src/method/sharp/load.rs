@@ -5,6 +5,7 @@ use super::cut::CutBodies;
 use super::cut_body::CutBody;
 use super::exchanged::ExchangedMomentum;
 use super::gap::Shares;
+use super::sums::{CellMomentum, Sums, SurfaceForces};
 use super::values::Flow;
 use super::{Sharp, StepNumbers, history};
 use crate::Result;
@@ -15,45 +16,8 @@ use crate::method::vector;
 use crate::particles::{Body, nearest_image};
 use crate::petsc::LogStage;
 use crate::state::{BodyHistory, Exchange, State};
-use crate::sums::{BodySums, Summed};
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
-
-/// Forces and torques on a body at its surface (N, N m).
-#[derive(Clone, Copy, Debug, Default)]
-pub struct SurfaceForces {
-    pub pressure: Vector3<f64>,
-    pub shear: Vector3<f64>,
-    /// The wall shear's torque about the centre, and that of pressure on a body that is not round.
-    pub shear_torque: Vector3<f64>,
-    pub pressure_torque: Vector3<f64>,
-}
-
-/// Momentum of the cells of a body: linear (kg m/s), angular momentum about its centre (kg m2/s).
-#[derive(Clone, Copy, Debug, Default)]
-pub struct CellMomentum {
-    /// Momentum that ghost cells and cut cells have given to the flow since the exchange was set to
-    /// zero.
-    pub exchanged: ExchangedMomentum,
-    /// Inside the body, relative to its own motion.
-    pub inside: Vector3<f64>,
-    pub swirl: Vector3<f64>,
-}
-
-impl Summed for SurfaceForces {
-    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
-        let SurfaceForces { pressure, shear, shear_torque, pressure_torque } = self;
-        [pressure, shear, shear_torque, pressure_torque].into_iter().for_each(|v| v.each(take));
-    }
-}
-
-impl Summed for CellMomentum {
-    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
-        let CellMomentum { exchanged, inside, swirl } = self;
-        let all = [&mut exchanged.linear, &mut exchanged.angular, inside, swirl];
-        all.into_iter().for_each(|v| v.each(take));
-    }
-}
 
 /// Per body, pressure, wall shear and their torques over all ranks, with the cells' velocity and
 /// pressure as they are, ghosts filled. Collective.
@@ -61,18 +25,18 @@ pub fn surface_forces<'a, const D: usize>(
     domain: &Domain<D>,
     cut: &CutBodies<D>,
     s: &State<D>,
-    sums: &'a mut BodySums<SurfaceForces>,
+    Sums { forces, messages, .. }: &'a mut Sums,
 ) -> Result<&'a [SurfaceForces]> {
-    let own = s.bodies.iter().enumerate().map(|(k, body)| {
+    let own = |k: usize| {
         let (shear, shear_torque) = cut.shear_force(domain, &s.bodies, k, &s.u);
         SurfaceForces {
             pressure: cut.pressure_force(&domain.grid, k, &s.p),
             shear,
             shear_torque,
-            pressure_torque: cut.pressure_torque(&domain.grid, body, k, &s.p),
+            pressure_torque: cut.pressure_torque(&domain.grid, &s.bodies[k], k, &s.p),
         }
-    });
-    Ok(sums.sum(&domain.session, own)?)
+    };
+    Ok(forces.sum_for_all(&domain.session, &cut.reach, messages, own)?)
 }
 
 /// Per body, the momentum `exchanged` and what is inside, over all ranks. Collective.
@@ -81,13 +45,13 @@ pub fn cell_momenta<'a, const D: usize>(
     cut: &CutBodies<D>,
     exchanged: &[ExchangedMomentum],
     s: &State<D>,
-    sums: &'a mut BodySums<CellMomentum>,
+    Sums { momenta, messages, .. }: &'a mut Sums,
 ) -> Result<&'a [CellMomentum]> {
-    let own = s.bodies.iter().zip(exchanged).enumerate().map(|(k, (body, exchanged))| {
-        let (inside, swirl) = cut.inside(domain, body, k, &s.u);
-        CellMomentum { exchanged: *exchanged, inside, swirl }
-    });
-    Ok(sums.sum(&domain.session, own)?)
+    let own = |k: usize| {
+        let (inside, swirl) = cut.inside(domain, &s.bodies[k], k, &s.u);
+        CellMomentum { exchanged: exchanged[k], inside, swirl }
+    };
+    Ok(momenta.sum_for_all(&domain.session, &cut.reach, messages, own)?)
 }
 
 impl<const D: usize> CutBodies<D> {
@@ -220,7 +184,7 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<()> {
         self.work.exchanged.fill(ExchangedMomentum::default());
         let momenta =
-            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
+            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.sums)?;
         let all = history(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(momenta);
         for ((history, body), momentum) in all.filter(|((_, body), _)| of(body.id)) {
             history.inside = momentum.whole(domain.fluid.density, body);
@@ -239,7 +203,7 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<()> {
         let _logged = domain.session.log(LogStage::Bodies)?;
         let momenta =
-            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.momenta)?;
+            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.sums)?;
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, momentum) in momenta.iter().enumerate() {
             let ExchangedMomentum { linear: given, angular: spun } = momentum.exchanged;

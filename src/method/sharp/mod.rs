@@ -78,6 +78,7 @@ mod gap;
 mod image_point;
 mod impulsive_start;
 mod load;
+mod local;
 mod modes;
 mod motion;
 mod near;
@@ -87,6 +88,7 @@ mod shared;
 mod shared_cell;
 mod stencil;
 mod step;
+mod sums;
 mod values;
 
 use super::momentum::{Mixture, Momentum};
@@ -102,7 +104,6 @@ use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::{Balance, Exchange, State, SurfaceHistory};
-use crate::sums::BodySums;
 use crate::{Error, Result};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
@@ -111,6 +112,7 @@ pub use gap::reach as gap_reach;
 use modes::Modes;
 use motion::BodyMotion;
 use nalgebra::Vector3;
+use sums::Sums;
 
 /// Depth to which the profile is continued into a body (spacings): the fifth-order upwind value of
 /// a face at the surface is from cells so far from it.
@@ -141,10 +143,7 @@ struct Work<const D: usize> {
     stage: VectorField<D>,
     accelerations: Vec<Accelerations>,
     exchanged: Vec<ExchangedMomentum>,
-    /// Sums over the ranks for each body.
-    forces: BodySums<load::SurfaceForces>,
-    momenta: BodySums<load::CellMomentum>,
-    vectors: BodySums<Vector3<f64>>,
+    sums: Sums,
     contacts: contact_correction::Work,
 }
 
@@ -162,12 +161,20 @@ struct StepNumbers {
     /// How much of the last pressure's acceleration they have at once in place of the mean of the
     /// cells'.
     own: f64,
+    /// Whether a body on any rank has another one or a surface near.
+    crowded: bool,
 }
 
 impl StepNumbers {
     /// Before the first step.
-    const START: StepNumbers =
-        StepNumbers { courant: 0.0, diffusion: 0.0, keep: 1.0, keep_open: 1.0, own: 1.0 };
+    const START: StepNumbers = StepNumbers {
+        courant: 0.0,
+        diffusion: 0.0,
+        keep: 1.0,
+        keep_open: 1.0,
+        own: 1.0,
+        crowded: false,
+    };
 }
 
 /// The spacing that image points count in (m), and the layers of ghosts that they need, on a grid
@@ -271,7 +278,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn overlaps_of(&self, k: usize) -> Option<&[Overlap]> {
-        self.cut.bodies.get(k).map(|body| body.solid.as_slice())
+        (k < self.cut.bodies.count()).then(|| self.cut.bodies[k].solid.as_slice())
     }
 
     fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
@@ -329,9 +336,7 @@ impl<const D: usize> Sharp<D> {
                 stage: domain.grid.vector_field(),
                 accelerations: vec![Accelerations::default(); n],
                 exchanged: vec![ExchangedMomentum::default(); n],
-                forces: BodySums::with_capacity(n),
-                momenta: BodySums::with_capacity(n),
-                vectors: BodySums::with_capacity(n),
+                sums: Sums::with_capacity(n),
                 contacts: contact_correction::Work::new(n),
             },
             cut,
@@ -347,7 +352,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         new: impl Fn(usize) -> bool,
     ) -> Result<()> {
-        let forces = load::surface_forces(domain, &self.cut, s, &mut self.work.forces)?;
+        let forces = load::surface_forces(domain, &self.cut, s, &mut self.work.sums)?;
         let fluid = &domain.fluid;
         if let Some(contacts) = &mut self.contacts {
             contacts.meet(&s.bodies);

@@ -4,6 +4,7 @@
 use super::Sharp;
 use super::cut::CutBodies;
 use super::motion::BodyMotion;
+use super::sums::Sums;
 use crate::Result;
 use crate::domain::Domain;
 use crate::geometry::{Cut, FaceCentroids};
@@ -62,8 +63,8 @@ impl Modes {
         weights.clear();
         weights.resize((n + oblong.len()) * D, 0.0);
         entries.clear();
-        for (k, (cut, motion)) in cut.bodies.iter().zip(motions).enumerate() {
-            let Some(freedom) = bodies[k].freedom() else { continue };
+        for (k, motion) in motions.iter().enumerate() {
+            let (cut, Some(freedom)) = (&cut.bodies[k], bodies[k].freedom()) else { continue };
             for axis in (0..D).filter(|a| freedom.translation[*a]) {
                 let mode = k * D + axis;
                 weights[mode] = volume / motion.inertia;
@@ -111,14 +112,16 @@ impl<const D: usize> Sharp<D> {
             return Ok(());
         }
         let volume = domain.grid.cell_volume();
-        let own = self.cut.bodies.iter().map(|cut| {
+        let cut = &self.cut;
+        let own = |k: usize| {
             let covered = |axis: usize| {
-                let cuts = cut.cuts[axis].iter().filter(|cut| cut.owned);
+                let cuts = cut.bodies[k].cuts[axis].iter().filter(|cut| cut.owned);
                 volume * cuts.map(|cut| cut.solid_fraction).sum::<f64>()
             };
             Vector3::from_fn(|axis, _| if axis < D { covered(axis) } else { 0.0 })
-        });
-        let all = self.work.vectors.sum(&domain.session, own)?;
+        };
+        let Sums { vectors, messages, .. } = &mut self.work.sums;
+        let all = vectors.sum_for_all(&domain.session, &cut.reach, messages, own)?;
         let free = self.motions.iter_mut().zip(bodies).zip(all);
         for ((motion, _), displaced) in free.filter(|((_, body), _)| body.freedom().is_some()) {
             (0..D).for_each(|axis| motion.displaced[axis] = displaced[axis]);
@@ -138,12 +141,13 @@ pub fn hold<const D: usize>(
     let Some(axis) = domain.drive.as_ref().and_then(|drive| drive.held()) else {
         return Ok(0.0);
     };
-    let goes = |(body, motion): (&Body, &BodyMotion)| {
-        body.freedom()
+    let goes = |k: usize| {
+        bodies[k]
+            .freedom()
             .filter(|freedom| freedom.translation[axis])
-            .map(|_| motion.displaced[axis] / motion.inertia)
+            .map(|_| motions[k].displaced[axis] / motions[k].inertia)
     };
-    let of_body = bodies.iter().zip(motions).map(goes).zip(&cut.bodies);
+    let of_body = cut.bodies.each().map(|(k, cut)| (goes(k), cut));
     let followed = of_body.filter_map(|(inverse_mass, cut)| Some((inverse_mass?, &cut.cuts[axis])));
     let faces = followed.flat_map(|(inverse_mass, cuts)| {
         cuts.iter()

@@ -1,8 +1,9 @@
 //! How bodies go to their new place, and what forces make of their velocity there (formulas in the
 //! parent).
 
-use super::load::{SurfaceForces, surface_forces};
+use super::load::surface_forces;
 use super::profile;
+use super::sums::SurfaceForces;
 use super::{Sharp, history};
 use crate::Result;
 use crate::clock::Stage;
@@ -170,7 +171,7 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<()> {
         let _logged = domain.session.log(LogStage::Bodies)?;
         self.find_displaced(domain, &s.bodies)?;
-        let forces = surface_forces(domain, &self.cut, s, &mut self.work.forces)?;
+        let forces = surface_forces(domain, &self.cut, s, &mut self.work.sums)?;
         let (fluid, h) = (&domain.fluid, self.cut.h);
         let unit = (fluid.viscosity / h, slope_weights(&domain.numerics));
         let histories = &mut history(&mut s.surfaces)?.bodies;

@@ -18,16 +18,17 @@ pub struct NearBodies {
 
 impl NearBodies {
     /// Bodies in a box of the given size (m) and periods, near each other in gaps up to `reach`
-    /// (m).
+    /// (m); about each is room for so many.
     pub fn new(
         bodies: &[Body],
         size: [f64; 3],
         periods: [Option<f64>; 3],
         reach: f64,
+        room: usize,
     ) -> NearBodies {
         let n = bodies.len();
         NearBodies {
-            near: (0..n).map(|_| Vec::with_capacity(16)).collect(),
+            near: (0..n).map(|_| Vec::with_capacity(room)).collect(),
             had: vec![false; n],
             neighbours: Box::new(Neighbours::new(bodies, size, periods)),
             largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius())),

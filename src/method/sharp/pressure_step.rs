@@ -11,6 +11,7 @@ use super::coupled::CoupledFaces;
 use super::cut::CutBodies;
 use super::modes::{self, Modes};
 use super::motion::BodyMotion;
+use super::sums::{Response, Sums};
 use crate::Result;
 use crate::contact::{Contacts, Impulse};
 use crate::domain::Domain;
@@ -20,7 +21,6 @@ use crate::particles::Body;
 use crate::petsc::Session;
 use crate::poisson::pressure::{Coupled, Projected, Projection};
 use crate::state::State;
-use crate::sums::BodySums;
 use nalgebra::Vector3;
 
 /// The solves of a step: all that may change the pressure, the faces or a body's velocity
@@ -44,11 +44,7 @@ impl<'a, const D: usize> PressureStep<'a, D> {
         domain: &'a mut Domain<D>,
         cut: &'a CutBodies<D>,
         s: &'a mut State<D>,
-        (modes, motions, sums): (
-            &'a mut Modes,
-            &'a mut [BodyMotion],
-            &'a mut BodySums<Vector3<f64>>,
-        ),
+        (modes, motions, sums): (&'a mut Modes, &'a mut [BodyMotion], &'a mut Sums),
         dt: f64,
     ) -> Result<PressureStep<'a, D>> {
         modes.set(domain, cut, &s.bodies, motions)?;
@@ -77,7 +73,9 @@ impl<'a, const D: usize> PressureStep<'a, D> {
     pub fn solve(&mut self, roughly: Option<f64>) -> Result<Projected> {
         let PressureStep { grid, boundaries, projection, p, dt, following } = self;
         let beta = &following.coupled.cut().beta;
-        projection.project(grid, boundaries, beta, *dt, p, following, roughly)
+        let projected = projection.project(grid, boundaries, beta, *dt, p, following, roughly)?;
+        following.tell()?;
+        Ok(projected)
     }
 
     /// The bodies.
@@ -113,7 +111,7 @@ struct Following<'a, const D: usize> {
     driving: Option<Driving<'a, D>>,
     oblong: &'a [u32],
     motions: &'a mut [BodyMotion],
-    sums: &'a mut BodySums<Vector3<f64>>,
+    sums: &'a mut Sums,
 }
 
 impl<const D: usize> Coupled<D> for Following<'_, D> {
@@ -137,11 +135,12 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
     }
 
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
-        let (cut, bodies) = (self.coupled.cut(), self.motions.len());
-        let own = (0..bodies).map(|k| cut.pressure_force(grid, k, phi));
-        let forces = self.sums.sum(self.session, own)?;
-        for (k, force) in forces.iter().enumerate() {
-            apply_force(&mut self.coupled, &mut self.motions[k], k, force, dt);
+        let cut = self.coupled.cut();
+        let own = |k: usize| cut.pressure_force(grid, k, phi);
+        let Sums { vectors, messages, .. } = &mut *self.sums;
+        let forces = vectors.sum_here(self.session, &cut.reach, messages, own)?;
+        for k in cut.reach.here() {
+            apply_force(&mut self.coupled, &mut self.motions[k], k, &forces[k], dt);
         }
         if !self.oblong.is_empty() {
             self.follow_turning(grid, dt, phi)?;
@@ -154,14 +153,42 @@ impl<const D: usize> Following<'_, D> {
     /// Gives the bodies that pressure turns its torque over the step `dt` (s).
     fn follow_turning(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
         let (cut, bodies) = (self.coupled.cut(), self.coupled.bodies());
-        let oblong = self.oblong.iter().map(|k| *k as usize);
-        let own = oblong.clone().map(|k| cut.pressure_torque(grid, &bodies[k], k, phi));
-        for (k, &torque) in oblong.zip(&*self.sums.sum(self.session, own)?) {
+        let own = |k: usize| cut.pressure_torque(grid, &bodies[k], k, phi);
+        let Sums { vectors, messages, .. } = &mut *self.sums;
+        let torques = vectors.sum_here(self.session, &cut.reach, messages, own)?;
+        for k in self.oblong.iter().map(|k| *k as usize) {
+            let torque = torques[k];
             let motion = &mut self.motions[k];
             motion.pressure_torque += torque;
             if self.coupled.bodies()[k].freedom().is_some() {
                 self.coupled.change(k, &Vector3::zeros(), &(motion.turns * (dt * torque)));
             }
+        }
+        Ok(())
+    }
+}
+
+impl<const D: usize> Following<'_, D> {
+    /// Tells all ranks what the solve has made of the bodies, which those know that bodies reach.
+    /// Collective.
+    fn tell(&mut self) -> Result<()> {
+        if self.session.size() == 1 {
+            return Ok(());
+        }
+        let Following { session, coupled, motions, sums, .. } = self;
+        let (reach, bodies) = (&coupled.cut().reach, coupled.bodies());
+        let own = |k: usize| Response {
+            velocity: bodies[k].velocity,
+            spin: bodies[k].spin,
+            pressure: motions[k].pressure,
+            pressure_torque: motions[k].pressure_torque,
+        };
+        let Sums { responses, messages, .. } = &mut **sums;
+        let responses = responses.from_owners(session, reach, messages, own)?;
+        for (k, response) in responses.iter().enumerate() {
+            coupled.set(k, &response.velocity, &response.spin);
+            (motions[k].pressure, motions[k].pressure_torque) =
+                (response.pressure, response.pressure_torque);
         }
         Ok(())
     }

@@ -22,10 +22,12 @@ impl<const D: usize> Sharp<D> {
         s: &State<D>,
         dt: f64,
     ) -> Result<StepNumbers> {
-        let mut speed = [faces::fastest(&domain.grid, &s.faces)];
-        domain.session.max(&mut speed)?;
+        let crowded = self.cut.bodies.iter().any(|body| body.has_neighbours);
+        let mut most = [faces::fastest(&domain.grid, &s.faces), f64::from(crowded)];
+        domain.session.max(&mut most)?;
+        let [speed, crowded] = [most[0], most[1]];
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
-        let (courant, diffusion) = (dt * speed[0] / h, nu * dt / (h * h));
+        let (courant, diffusion) = (dt * speed / h, nu * dt / (h * h));
         let (rest, numerics) = (all_fixed(&s.bodies), &domain.numerics);
         // Of cells that are longer one way it goes by the way that they are short: what faces
         // remember is of that size.
@@ -41,7 +43,8 @@ impl<const D: usize> Sharp<D> {
         };
         let short = (numerics.pressure_time / diffusion).min(numerics.correction_courant / courant);
         let own = if rest { short.min(1.0) } else { 1.0 };
-        Ok(StepNumbers { courant, diffusion, keep: kept(cut), keep_open: kept(open), own })
+        let (keep, keep_open, crowded) = (kept(cut), kept(open), crowded > 0.0);
+        Ok(StepNumbers { courant, diffusion, keep, keep_open, own, crowded })
     }
 
     /// Sets the velocity of the cells inside the bodies. Collective.
@@ -72,7 +75,7 @@ impl<const D: usize> Sharp<D> {
             domain.projection.assemble(&domain.grid, &self.cut.beta)?;
             domain.clock.lap(Stage::Assembly);
         }
-        if numbers.keep > 0.0 || self.cut.bodies.iter().any(|body| body.has_neighbours) {
+        if numbers.keep > 0.0 || numbers.crowded {
             let (surfaces, stage) = (history(&mut s.surfaces)?, &mut self.work.stage);
             copy(&s.u, stage);
             if moves {
@@ -120,7 +123,7 @@ impl<const D: usize> Sharp<D> {
         self.work.exchanged.fill(Default::default());
         if let Some(forces) = &mut domain.forces {
             let (bodies, exchanged) = (&self.cut.bodies, &mut self.work.exchanged);
-            let bodies = bodies.iter().map(|body| &body.solid[..]);
+            let bodies = bodies.each().map(|(k, body)| (k, &body.solid[..]));
             forces.share(&domain.session, &domain.grid, bodies, |k, arm, force| {
                 exchanged[k].add(arm, &(dt * force));
             })?;
@@ -252,7 +255,7 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<Projected> {
         let _logged = domain.session.log(LogStage::Pressure)?;
         let Sharp { cut, contacts, modes, motions, work, .. } = self;
-        let sums = &mut work.vectors;
+        let sums = &mut work.sums;
         let in_contact = contacts.as_mut().filter(|contacts| contacts.gave(&s.bodies, dt));
         let mut step = PressureStep::new(domain, cut, s, (modes, motions, sums), dt)?;
         let (projected, taken) = match in_contact {

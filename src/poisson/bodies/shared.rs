@@ -1,7 +1,7 @@
 //! Bodies that lie on several ranks: their numbers go between these ranks only.
 //!
 //! ```text
-//!   +-----+-----+-----+     each rank tells those around it, as far as a body reaches, which bodies
+//!   +-----+-----+-----+    each rank tells those around it, as far as a body reaches, which bodies
 //!   |     |   o |     |     it has; of what both have it sends its part of a sum and gets theirs,
 //!   |   o | here|     |     which are added in the order of the ranks: the same bits everywhere
 //!   |     |   o | o   |

@@ -1,0 +1,64 @@
+//! Which rank owns which cells: boxes side by side, as PETSc's DMDA cuts them, x fastest.
+//!
+//! ```text
+//!   10 cells on 3 ranks      | 0 1 2 3 | 4 5 6 | 7 8 9 |      the first ones have the cells that
+//!                              rank 0    rank 1  rank 2        are left over
+//! ```
+
+/// How the cells of a grid are divided over the ranks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Division<const D: usize> {
+    /// Cells of the whole grid along each axis.
+    pub cells: [usize; D],
+    /// Ranks along each axis.
+    pub ranks: [usize; D],
+}
+
+impl<const D: usize> Division<D> {
+    /// The rank that owns a cell of the grid.
+    pub fn owner(&self, cell: [usize; D]) -> usize {
+        self.rank(std::array::from_fn(|a| self.part(a, cell[a])))
+    }
+
+    /// Calls `take` with all ranks, ascending, that own cells of the block from `first` to `last`,
+    /// both included.
+    pub fn owners(&self, first: [usize; D], last: [usize; D], mut take: impl FnMut(usize)) {
+        let low: [usize; D] = std::array::from_fn(|a| self.part(a, first[a]));
+        let high: [usize; D] = std::array::from_fn(|a| self.part(a, last[a]));
+        let mut at = low;
+        loop {
+            take(self.rank(at));
+            let Some(a) = (0..D).find(|&a| at[a] < high[a]) else { return };
+            at[a] += 1;
+            at[..a].copy_from_slice(&low[..a]);
+        }
+    }
+
+    /// Which of the ranks along an axis owns a cell.
+    fn part(&self, axis: usize, cell: usize) -> usize {
+        let (each, more) =
+            (self.cells[axis] / self.ranks[axis], self.cells[axis] % self.ranks[axis]);
+        let longer = more * (each + 1);
+        if cell < longer { cell / (each + 1) } else { more + (cell - longer) / each }
+    }
+
+    fn rank(&self, at: [usize; D]) -> usize {
+        (0..D).rev().fold(0, |rank, a| rank * self.ranks[a] + at[a])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_left_over_go_to_first_ranks() {
+        let division = Division { cells: [10, 4], ranks: [3, 2] };
+        let row: Vec<usize> = (0..10).map(|x| division.owner([x, 0])).collect();
+        assert_eq!(row, [0, 0, 0, 0, 1, 1, 1, 2, 2, 2]);
+        assert_eq!([division.owner([9, 1]), division.owner([0, 2])], [2, 3]);
+        let mut owners = Vec::new();
+        division.owners([5, 1], [8, 2], |rank| owners.push(rank));
+        assert_eq!(owners, [1, 2, 4, 5]);
+    }
+}

@@ -1,0 +1,108 @@
+//! The cut bodies that reach this rank; of the others it has nothing.
+
+use super::cut_body::CutBody;
+use crate::grid::Grid;
+use std::ops::Index;
+
+/// The place of a body that is not here.
+const NOWHERE: u32 = u32::MAX;
+
+/// The cut bodies of a rank, by the numbers of the bodies, ascending.
+#[derive(Clone, Debug)]
+pub struct LocalBodies<const D: usize> {
+    bodies: Vec<CutBody<D>>,
+    /// Their numbers.
+    numbers: Vec<u32>,
+    /// Per body of all ranks, its place among these.
+    places: Vec<u32>,
+    /// What there is of a body that is not here.
+    nothing: CutBody<D>,
+}
+
+impl<const D: usize> LocalBodies<D> {
+    /// None of so many bodies yet.
+    pub fn none(grid: &Grid<D>, count: usize) -> LocalBodies<D> {
+        LocalBodies {
+            bodies: Vec::new(),
+            numbers: Vec::new(),
+            places: vec![NOWHERE; count],
+            nothing: CutBody::elsewhere(grid),
+        }
+    }
+
+    /// All bodies, of one rank.
+    pub fn all(grid: &Grid<D>, bodies: Vec<CutBody<D>>) -> LocalBodies<D> {
+        let numbers: Vec<u32> = (0..bodies.len() as u32).collect();
+        LocalBodies { bodies, places: numbers.clone(), numbers, nothing: CutBody::elsewhere(grid) }
+    }
+
+    /// Keeps those of the given numbers, which ascend, and makes room for those that come: only
+    /// where some come or go does this allocate.
+    pub fn keep(&mut self, grid: &Grid<D>, here: impl ExactSizeIterator<Item = usize> + Clone) {
+        if here.clone().eq(self.numbers.iter().map(|k| *k as usize)) {
+            return;
+        }
+        let mut old = std::mem::take(&mut self.bodies);
+        self.bodies.reserve(here.len());
+        for k in here.clone() {
+            let kept = old.get_mut(self.places[k] as usize);
+            self.bodies.push(kept.map_or_else(
+                || CutBody::elsewhere(grid),
+                |kept| std::mem::replace(kept, CutBody::elsewhere(grid)),
+            ));
+        }
+        self.numbers.iter().for_each(|k| self.places[*k as usize] = NOWHERE);
+        self.numbers.clear();
+        self.numbers.extend(here.map(|k| k as u32));
+        (0..).zip(&self.numbers).for_each(|(place, k)| self.places[*k as usize] = place);
+    }
+
+    /// How many are here.
+    pub fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// How many bodies all ranks have.
+    pub fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// The number of the body at a place.
+    pub fn number(&self, place: usize) -> usize {
+        self.numbers[place] as usize
+    }
+
+    /// Those here.
+    pub fn iter(&self) -> std::slice::Iter<'_, CutBody<D>> {
+        self.bodies.iter()
+    }
+
+    /// Those here.
+    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, CutBody<D>> {
+        self.bodies.iter_mut()
+    }
+
+    /// Those here, one after the other.
+    pub fn as_mut_slice(&mut self) -> &mut [CutBody<D>] {
+        &mut self.bodies
+    }
+
+    /// Those here, with their numbers.
+    pub fn each(&self) -> impl Iterator<Item = (usize, &CutBody<D>)> + Clone {
+        self.numbers.iter().map(|k| *k as usize).zip(&self.bodies)
+    }
+
+    /// Those here, with their numbers.
+    pub fn each_mut(&mut self) -> impl Iterator<Item = (usize, &mut CutBody<D>)> {
+        self.numbers.iter().map(|k| *k as usize).zip(&mut self.bodies)
+    }
+}
+
+/// A body by its number: of one that is not here, nothing.
+impl<const D: usize> Index<usize> for LocalBodies<D> {
+    type Output = CutBody<D>;
+
+    fn index(&self, k: usize) -> &CutBody<D> {
+        self.bodies.get(self.places[k] as usize).unwrap_or(&self.nothing)
+    }
+}

@@ -1,0 +1,79 @@
+//! What ranks sum of each body in a step.
+
+use super::exchanged::ExchangedMomentum;
+use crate::sums::{BodySums, Messages, Summed};
+use nalgebra::Vector3;
+
+/// Sums over the ranks for each body, and the scratch of their messages.
+pub struct Sums {
+    pub forces: BodySums<SurfaceForces>,
+    pub momenta: BodySums<CellMomentum>,
+    pub vectors: BodySums<Vector3<f64>>,
+    pub responses: BodySums<Response>,
+    pub messages: Messages,
+}
+
+impl Sums {
+    /// Those of so many bodies.
+    pub fn with_capacity(n: usize) -> Sums {
+        Sums {
+            forces: BodySums::with_capacity(n),
+            momenta: BodySums::with_capacity(n),
+            vectors: BodySums::with_capacity(n),
+            responses: BodySums::with_capacity(n),
+            messages: Messages::default(),
+        }
+    }
+}
+
+/// Forces and torques on a body at its surface (N, N m).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SurfaceForces {
+    pub pressure: Vector3<f64>,
+    pub shear: Vector3<f64>,
+    /// The wall shear's torque about the centre, and that of pressure on a body that is not round.
+    pub shear_torque: Vector3<f64>,
+    pub pressure_torque: Vector3<f64>,
+}
+
+/// Momentum of the cells of a body: linear (kg m/s), angular momentum about its centre (kg m2/s).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CellMomentum {
+    /// Momentum that ghost cells and cut cells have given to the flow since the exchange was set to
+    /// zero.
+    pub exchanged: ExchangedMomentum,
+    /// Inside the body, relative to its own motion.
+    pub inside: Vector3<f64>,
+    pub swirl: Vector3<f64>,
+}
+
+impl Summed for SurfaceForces {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        let SurfaceForces { pressure, shear, shear_torque, pressure_torque } = self;
+        [pressure, shear, shear_torque, pressure_torque].into_iter().for_each(|v| v.each(take));
+    }
+}
+
+impl Summed for CellMomentum {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        let CellMomentum { exchanged, inside, swirl } = self;
+        let all = [&mut exchanged.linear, &mut exchanged.angular, inside, swirl];
+        all.into_iter().for_each(|v| v.each(take));
+    }
+}
+
+/// What a solve has made of a body.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Response {
+    pub velocity: Vector3<f64>,
+    pub spin: Vector3<f64>,
+    pub pressure: Vector3<f64>,
+    pub pressure_torque: Vector3<f64>,
+}
+
+impl Summed for Response {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        let Response { velocity, spin, pressure, pressure_torque } = self;
+        [velocity, spin, pressure, pressure_torque].into_iter().for_each(|v| v.each(take));
+    }
+}

@@ -1,0 +1,163 @@
+//! Which bodies reach which ranks. Every rank finds it by the places of the bodies, and all find
+//! the same: nobody has to be told.
+
+use crate::geometry::{Block, images};
+use crate::grid::Grid;
+use crate::particles::Body;
+use nalgebra::Vector3;
+use std::ops::Range;
+
+/// The bodies that reach this rank's cells, whom it shares them with, and who owns each: the rank
+/// of its centre.
+#[derive(Clone, Debug, Default)]
+pub struct Reach {
+    rank: u32,
+    /// Those that reach this rank, ascending.
+    here: Vec<u32>,
+    /// Those of them that reach other ranks, by rank, with that.
+    shared: Vec<(u32, u32)>,
+    /// Where each shared body comes first.
+    first: Vec<u32>,
+    /// Per body, its owner.
+    owner: Vec<u32>,
+    /// All bodies by their owners, and where each owner's begin.
+    by_owner: Vec<u32>,
+    begin: Vec<u32>,
+}
+
+impl Reach {
+    /// That of so many bodies on one of so many ranks: all are here until it is found.
+    pub fn new(rank: usize, ranks: usize, bodies: usize) -> Reach {
+        let all: Vec<u32> = (0..bodies as u32).collect();
+        let begin = (0..=ranks).map(|r| if r > rank { bodies as u32 } else { 0 }).collect();
+        let owner = vec![rank as u32; bodies];
+        let (shared, first, rank) = (Vec::new(), Vec::new(), rank as u32);
+        Reach { rank, here: all.clone(), shared, first, owner, by_owner: all, begin }
+    }
+
+    /// Finds it anew for bodies of which `extent` gives how far from its centre, along each axis, a
+    /// rank can have something of one (m). On one rank all stay here.
+    pub fn find<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        bodies: &[Body],
+        extent: impl Fn(usize) -> Vector3<f64>,
+    ) {
+        if self.begin.len() == 2 {
+            return;
+        }
+        self.take(|k, take| {
+            let centre = &bodies[k].centre;
+            for image in images(grid, centre) {
+                if let Some((first, last)) = Block::of_all(grid, &image, &extent(k)).ends() {
+                    grid.division.owners(first, last, &mut *take);
+                }
+            }
+            let cell = |a: usize| (centre[a] / grid.h[a]).max(0.0) as usize;
+            grid.division.owner(std::array::from_fn(|a| cell(a).min(grid.cells[a] - 1)))
+        });
+    }
+
+    /// `ranks_of` gives the owner of a body, and calls what it gets with each rank that the body
+    /// reaches.
+    fn take(&mut self, mut ranks_of: impl FnMut(usize, &mut dyn FnMut(usize)) -> usize) {
+        let Reach { rank, here, shared, first, owner, by_owner, begin } = self;
+        here.clear();
+        shared.clear();
+        begin.fill(0);
+        for (k, owner) in owner.iter_mut().enumerate() {
+            let (at, mut reached) = (shared.len(), false);
+            *owner = ranks_of(k, &mut |other| {
+                let other = other as u32;
+                reached |= other == *rank;
+                if other != *rank && !shared[at..].contains(&(other, k as u32)) {
+                    shared.push((other, k as u32));
+                }
+            }) as u32;
+            if reached {
+                here.push(k as u32);
+            } else {
+                shared.truncate(at);
+            }
+            begin[*owner as usize + 1] += 1;
+        }
+        shared.sort_unstable();
+        for r in 1..begin.len() {
+            begin[r] += begin[r - 1];
+        }
+        for (k, owner) in owner.iter().enumerate() {
+            let place = &mut begin[*owner as usize];
+            by_owner[*place as usize] = k as u32;
+            *place += 1;
+        }
+        // Filling has moved each beginning to its end.
+        begin.rotate_right(1);
+        begin[0] = 0;
+        first.clear();
+        first.extend(0..shared.len() as u32);
+        first.sort_unstable_by_key(|place| (shared[*place as usize].1, *place));
+        first.dedup_by_key(|place| shared[*place as usize].1);
+    }
+
+    /// How many bodies there are on all ranks.
+    pub fn bodies(&self) -> usize {
+        self.owner.len()
+    }
+
+    /// Those that reach this rank, ascending.
+    pub fn here(&self) -> impl ExactSizeIterator<Item = usize> + Clone + '_ {
+        self.here.iter().map(|k| *k as usize)
+    }
+
+    /// The bodies that this rank shares, with each other rank that they reach: by rank, then by
+    /// body.
+    pub(crate) fn shared(&self) -> &[(u32, u32)] {
+        &self.shared
+    }
+
+    /// The other ranks among these, and how many bodies are shared with each.
+    pub(crate) fn partners(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let partners = self.shared.chunk_by(|a, b| a.0 == b.0);
+        partners.map(|shared| (shared[0].0 as usize, shared.len()))
+    }
+
+    /// Places in [`Reach::shared`], one of each body.
+    pub(crate) fn own_parts(&self) -> impl Iterator<Item = usize> + '_ {
+        self.first.iter().map(|place| *place as usize)
+    }
+
+    /// The bodies that a rank owns, ascending.
+    pub fn owned_by(&self, rank: usize) -> impl ExactSizeIterator<Item = usize> + '_ {
+        let Range { start, end } = self.begin[rank]..self.begin[rank + 1];
+        self.by_owner[start as usize..end as usize].iter().map(|k| *k as usize)
+    }
+
+    /// Whether this rank owns a body.
+    pub fn owns(&self, k: usize) -> bool {
+        self.owner[k] == self.rank
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reach_lists_shared_bodies_by_rank_and_owner() {
+        // Ranks 0, 1, 2; this is 1. Body 0 on 0 and 1, 1 on 2 alone, 2 on all, 3 here alone.
+        let bodies: [&[usize]; 4] = [&[0, 1], &[2], &[2, 0, 1, 0], &[1]];
+        let mut reach = Reach::new(1, 3, 4);
+        assert_eq!(reach.here().collect::<Vec<_>>(), [0, 1, 2, 3]);
+        reach.take(|k, take| {
+            bodies[k].iter().for_each(|rank| take(*rank));
+            bodies[k][0]
+        });
+        assert_eq!(reach.here().collect::<Vec<_>>(), [0, 2, 3]);
+        assert_eq!(reach.shared(), [(0, 0), (0, 2), (2, 2)]);
+        assert_eq!(reach.partners().collect::<Vec<_>>(), [(0, 2), (2, 1)]);
+        assert_eq!(reach.own_parts().collect::<Vec<_>>(), [0, 1]);
+        let owned = |rank| reach.owned_by(rank).collect::<Vec<_>>();
+        assert_eq!([owned(0), owned(1), owned(2)], [vec![0], vec![3], vec![1, 2]]);
+        assert!(reach.owns(3) && !reach.owns(2));
+    }
+}
