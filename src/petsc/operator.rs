@@ -61,8 +61,8 @@ pub trait Operator {
     fn accept(&self, own: OwnPreconditioner) -> Result<()>;
 }
 
-/// How far an operator's own solve goes: until the residual's 2-norm is below `rtol` times the right
-/// side's, or below `atol`, in so many iterations at most.
+/// How far an operator's own solve goes: until the residual's 2-norm is below `rtol` times the
+/// right side's, or below `atol`, in so many iterations at most.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal {
     /// Relative to the right side.

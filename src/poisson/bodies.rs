@@ -258,8 +258,8 @@ impl Bodies {
         !self.weights.is_empty()
     }
 
-    /// Takes x, a value by place, to `w_k (j_k . x)` of each mode, which [`Bodies::terms`] gives the
-    /// cells; `begin` says where a row of the grid begins. Collective.
+    /// Takes x, a value by place, to `w_k (j_k . x)` of each mode, which [`Bodies::terms`] gives
+    /// the cells; `begin` says where a row of the grid begins. Collective.
     pub fn respond(
         &mut self,
         begin: impl Fn(usize) -> usize,

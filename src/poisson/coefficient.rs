@@ -141,8 +141,8 @@ impl Poisson {
     }
 }
 
-/// Takes `h2` times the coefficients of a row of faces; returns the largest, `None` where any is not
-/// positive and finite.
+/// Takes `h2` times the coefficients of a row of faces; returns the largest, `None` where any is
+/// not positive and finite.
 fn take_row(h2: f64, from: &[f64], to: &mut [f64]) -> Option<f64> {
     let [most, unsound] = simd(
         #[inline(always)]

@@ -153,8 +153,8 @@ impl Poisson {
         Ok((Ended::TooMany, goal.iterations))
     }
 
-    /// Takes the mean out of b, where constants solve the homogeneous system, begins with r = b, and
-    /// gives the multigrid r over its size. Returns |b|^2. Collective.
+    /// Takes the mean out of b, where constants solve the homogeneous system, begins with r = b,
+    /// and gives the multigrid r over its size. Returns |b|^2. Collective.
     fn begin(
         &mut self,
         v: &mut Conjugate,

@@ -16,8 +16,8 @@ use super::whole::Whole;
 use crate::petsc::Session;
 use crate::{Error, Result};
 
-/// The cells of a level from the third on below which ranks merge theirs: a sweep over so many takes
-/// as long as a message.
+/// The cells of a level from the third on below which ranks merge theirs: a sweep over so many
+/// takes as long as a message.
 const FEW: usize = 2048;
 
 /// A rank that gives its cells to another, or that other one itself: its first cell and its cells

@@ -1,8 +1,8 @@
 //! Bodies that lie on several ranks: their numbers go between these ranks only.
 //!
 //! ```text
-//!   +-----+-----+-----+     each rank tells those around it, as far as a body reaches, which bodies
-//!   |     |   o |     |     it has; a sum over a body's ranks goes axis by axis: first along x
+//!   +-----+-----+-----+     each rank tells those around it, as far as a body reaches, which it
+//!   |     |   o |     |     has; a sum over a body's ranks goes axis by axis: first along x
 //!   |   o | here|     |     through the columns that have any of it, then along y, then along z,
 //!   |     |   o | o   |     each in the order of the ranks: the same bits everywhere
 //!   +-----+-----+-----+
