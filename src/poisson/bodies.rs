@@ -85,7 +85,7 @@ impl Frame {
     /// Where a face lies on the lattice, counted along each axis from its layer of ghosts; `None`
     /// beyond the faces of its cells.
     fn on_lattice(&self, lattice: &Lattice, face: &ModeFace) -> Option<[usize; 3]> {
-        let index = |a: usize| face.face as usize / self.stride[a] % self.stored[a];
+        let index = |a: usize| (face.face / self.stride[a] as u32 % self.stored[a] as u32) as usize;
         // -1 and below stand beyond the layer of ghosts.
         let at = std::array::from_fn(|a| match a < lattice.axes {
             true => (index(a) + 1).wrapping_sub(self.ghosts),

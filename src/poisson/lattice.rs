@@ -64,6 +64,13 @@ impl Lattice {
         (0..self.n[2]).flat_map(move |k| (0..self.n[1]).map(move |j| self.row(j, k)))
     }
 
+    /// How far a place lies along an axis, counted from its layer of ghosts.
+    #[inline(always)]
+    pub fn along(&self, place: usize, axis: usize) -> usize {
+        // Places are numbers of 32 bits, whose quotients are found sooner.
+        (place as u32 / self.stride[axis] as u32 % (self.n[axis] as u32 + 2)) as usize
+    }
+
     /// The place of a cell of this number, x fastest.
     #[inline(always)]
     pub fn place(&self, row: usize) -> usize {

@@ -140,7 +140,7 @@ impl Level {
     /// Where the next level has the cell at a place of this one.
     pub fn coarse_place(&self, coarse: &Level, place: usize) -> usize {
         let (fine, wide) = (&self.lattice, &coarse.lattice);
-        let at = |a: usize| place / fine.stride[a] % (fine.n[a] + 2) - 1;
+        let at = |a: usize| fine.along(place, a) - 1;
         wide.first + (0..fine.axes).map(|a| at(a) / self.factor[a] * wide.stride[a]).sum::<usize>()
     }
 
@@ -153,7 +153,7 @@ impl Level {
         place: usize,
     ) -> Option<(usize, Single)> {
         let (fine, wide) = (&self.lattice, &coarse.lattice);
-        let at = |a: usize| place / fine.stride[a] % (fine.n[a] + 2) - 1;
+        let at = |a: usize| fine.along(place, a) - 1;
         let (along, factor) = (at(axis), self.factor[axis]);
         if along % factor != 0 && along != fine.n[axis] {
             return None;

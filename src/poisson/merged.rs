@@ -10,10 +10,8 @@
 //! ```
 //! A cycle is two messages of each other rank: b to the one, x back. The rest wait meanwhile.
 
-use super::bodies::Bodies;
 use super::lattice::Lattice;
 use super::level::{Level, Single};
-use super::multigrid::{Multigrid, Tuning};
 use super::whole::Whole;
 use crate::petsc::Session;
 use crate::{Error, Result};
@@ -30,17 +28,13 @@ struct Member {
     n: [usize; 3],
 }
 
-/// The ranks whose cells are merged with this one's, and what follows.
-pub(super) struct Merged {
+/// The ranks whose cells are merged with this one's.
+pub(super) struct Merge {
     session: Session,
     /// The rank that goes on.
     root: usize,
     /// On it, all of them; else only this one.
     members: Vec<Member>,
-    /// On it, the levels from here on.
-    inner: Option<Multigrid>,
-    /// There are none on coarse levels.
-    bodies: Bodies,
     buffer: Vec<Single>,
 }
 
@@ -49,9 +43,9 @@ pub(super) fn is_due(whole: &Whole) -> bool {
     whole.cells() < FEW * whole.parts().iter().product::<usize>()
 }
 
-impl Merged {
-    /// Merges the level `whole`; `tuning` is that of the levels from here on.
-    pub fn new(session: &Session, whole: &Whole, singular: bool, tuning: Tuning) -> Merged {
+impl Merge {
+    /// The ranks that merge the level `whole`, and what is made of it, where this one goes on.
+    pub fn new(session: &Session, whole: &Whole) -> (Merge, Option<Whole>) {
         // The narrowest boxes are merged first, until there are enough cells for each rank.
         let (mut by, parts) = ([1; 3], whole.parts());
         let left =
@@ -85,47 +79,37 @@ impl Merged {
         let faces = |member: &Member| -> usize {
             whole.axes * member.n.map(|n| n + 1).iter().product::<usize>()
         };
-        Merged {
+        let merge = Merge {
             buffer: vec![0.0; members.iter().map(faces).max().unwrap_or(0)],
-            inner: here.then(|| Multigrid::new_from(session, merged, singular, tuning, 0)),
-            bodies: Bodies::new(session, whole, [0.0; 3]),
             session: session.clone(),
             root,
             members,
-        }
+        };
+        (merge, here.then_some(merged))
     }
 
-    /// Everything that follows from the faces of the `level`. Collective among its ranks.
-    ///
-    /// # Errors
-    /// On all of them, when the coarsest level is singular.
-    pub fn rebuild(&mut self, level: &Level) -> Result<()> {
-        let Merged { session, root, members, inner, bodies, buffer } = self;
+    /// Brings the faces of all members' `level` to the one `whole`, on the rank that has it.
+    /// Collective among the members.
+    pub fn bring_faces(&mut self, level: &Level, whole: Option<&mut Level>) -> Result<()> {
+        let Merge { session, root, members, buffer } = self;
         let axes = level.lattice.axes;
         let wide = |member: &Member, axis: usize| -> [usize; 3] {
             std::array::from_fn(|a| member.n[a] + usize::from(a == axis))
         };
-        let mut failed = [0.0 as Single];
-        let Some(inner) = inner else {
-            let (member, mut at) = (&members[0], 0);
+        let Some(whole) = whole else {
+            let mut at = 0;
             for axis in 0..axes {
-                let n = wide(member, axis);
+                let n = wide(&members[0], axis);
                 take(&level.g[axis], &level.lattice, [0; 3], n, &mut buffer[at..]);
                 at += n.iter().product::<usize>();
             }
-            session.swap(&buffer[..at], Some(*root), &mut [], None)?;
-            session.swap(&[], None, &mut failed, Some(*root))?;
-            return match failed[0] == 0.0 {
-                true => Ok(()),
-                false => Err(Error::Run("the coarsest level of the multigrid is singular".into())),
-            };
+            return session.swap(&buffer[..at], Some(*root), &mut [], None);
         };
-        let whole = &mut inner.levels[0];
         for member in members.iter() {
             if member.rank == *root {
                 for axis in 0..axes {
-                    let n = wide(member, axis);
                     let (from, to) = (&level.g[axis], &mut whole.g[axis]);
+                    let n = wide(member, axis);
                     copy((from, &level.lattice), (to, &whole.lattice), member.first, n);
                 }
                 continue;
@@ -139,49 +123,61 @@ impl Merged {
                 at += n.iter().product::<usize>();
             }
         }
-        let built = inner.rebuild(bodies, [0.0; 3], 0.0);
-        failed[0] = f32::from(u8::from(built.is_err()));
-        for member in members.iter().filter(|member| member.rank != *root) {
-            session.swap(&failed, Some(member.rank), &mut [], None)?;
+        Ok(())
+    }
+
+    /// Lets the members know whether the rank that goes on has failed. Collective among them.
+    ///
+    /// # Errors
+    /// On all of them, when it has.
+    pub fn agree(&self, built: Result<()>) -> Result<()> {
+        let mut failed = [Single::from(u8::from(built.is_err()))];
+        if self.session.rank() != self.root {
+            self.session.swap(&[], None, &mut failed, Some(self.root))?;
+            let alike = "the coarsest level of the multigrid is singular: see rank 0";
+            return if failed[0] == 0.0 { Ok(()) } else { Err(Error::Run(alike.into())) };
+        }
+        for member in self.members.iter().filter(|member| member.rank != self.root) {
+            self.session.swap(&failed, Some(member.rank), &mut [], None)?;
         }
         built
     }
 
-    /// So many cycles for the b of the `level`, from x = 0. Collective among its ranks.
-    pub fn cycle(&mut self, level: &mut Level, times: usize) -> Result<()> {
-        let Merged { session, root, members, inner, bodies, buffer } = self;
-        let Some(inner) = inner else {
+    /// Brings b of all members' `level` to the one `whole`. Collective among them.
+    pub fn bring_b(&mut self, level: &Level, whole: Option<&mut Level>) -> Result<()> {
+        let Merge { session, root, members, buffer } = self;
+        let Some(whole) = whole else {
             let n = members[0].n;
             let buffer = &mut buffer[..n.iter().product()];
             take(&level.b, &level.lattice, [0; 3], n, buffer);
-            session.swap(buffer, Some(*root), &mut [], None)?;
-            session.swap(&[], None, buffer, Some(*root))?;
-            put(buffer, &mut level.x, &level.lattice, [0; 3], n);
-            return Ok(());
+            return session.swap(buffer, Some(*root), &mut [], None);
         };
-        let whole = &mut inner.levels[0];
-        let others = |member: &&Member| member.rank != *root;
-        let size = |member: &Member| member.n.iter().product::<usize>();
         for member in members.iter() {
-            if !others(&member) {
+            if member.rank == *root {
                 let to = (&mut whole.b[..], &whole.lattice);
                 copy((&level.b, &level.lattice), to, member.first, member.n);
                 continue;
             }
-            let buffer = &mut buffer[..size(member)];
+            let buffer = &mut buffer[..member.n.iter().product()];
             session.swap(&[], None, buffer, Some(member.rank))?;
             put(buffer, &mut whole.b, &whole.lattice, member.first, member.n);
         }
-        for time in 0..times {
-            inner.cycle(bodies, time == 0)?;
-        }
-        let whole = &inner.levels[0];
+        Ok(())
+    }
+
+    /// Brings x of the one `whole` back to all members' `level`. Collective among them.
+    pub fn take_x(&mut self, level: &mut Level, whole: Option<&Level>) -> Result<()> {
+        let Merge { session, root, members, buffer } = self;
         for member in members.iter() {
-            let count = size(member);
-            take(&whole.x, &whole.lattice, member.first, member.n, &mut buffer[..count]);
-            match others(&member) {
-                true => session.swap(&buffer[..count], Some(member.rank), &mut [], None)?,
-                false => put(&buffer[..count], &mut level.x, &level.lattice, [0; 3], member.n),
+            let own = member.rank == session.rank();
+            let buffer = &mut buffer[..member.n.iter().product()];
+            match whole {
+                Some(whole) => take(&whole.x, &whole.lattice, member.first, member.n, buffer),
+                None => session.swap(&[], None, buffer, Some(*root))?,
+            }
+            match own {
+                true => put(buffer, &mut level.x, &level.lattice, [0; 3], member.n),
+                false => session.swap(buffer, Some(member.rank), &mut [], None)?,
             }
         }
         Ok(())

@@ -17,7 +17,7 @@ use super::bodies::Bodies;
 use super::bottom::Dense;
 use super::lattice::Lattice;
 use super::level::{Level, Single};
-use super::merged::{self, Merged};
+use super::merged::{self, Merge};
 use super::sweeps::Pass;
 use super::whole::Whole;
 use crate::petsc::Session;
@@ -84,6 +84,34 @@ enum Bottom {
     Smoothed,
 }
 
+/// A level that fewer ranks go on with.
+struct Merged {
+    merge: Merge,
+    /// The levels from this one on, where this rank does.
+    inner: Option<Multigrid>,
+    /// There are none on coarse levels.
+    bodies: Bodies,
+}
+
+impl Merged {
+    fn rebuild(&mut self, level: &Level) -> Result<()> {
+        let Merged { merge, inner, bodies } = self;
+        merge.bring_faces(level, inner.as_mut().map(|inner| &mut inner.levels[0]))?;
+        let built = inner.as_mut().map(|inner| inner.rebuild(bodies, [0.0; 3], 0.0));
+        merge.agree(built.unwrap_or(Ok(())))
+    }
+
+    /// So many cycles for the b of the `level`, from x = 0.
+    fn cycle(&mut self, level: &mut Level, times: usize) -> Result<()> {
+        let Merged { merge, inner, bodies } = self;
+        merge.bring_b(level, inner.as_mut().map(|inner| &mut inner.levels[0]))?;
+        if let Some(inner) = inner {
+            (0..times).try_for_each(|time| inner.cycle(bodies, time == 0))?;
+        }
+        merge.take_x(level, inner.as_ref().map(|inner| &inner.levels[0]))
+    }
+}
+
 pub(super) struct Multigrid {
     pub levels: Vec<Level>,
     bottom: Bottom,
@@ -135,7 +163,11 @@ impl Multigrid {
                     twice_from: tuning.twice_from.saturating_sub(levels.len() - 1),
                     ..tuning
                 };
-                break Bottom::Merged(Box::new(Merged::new(session, &whole, singular, left)));
+                let (merge, merged) = Merge::new(session, &whole);
+                let bodies = Bodies::new(session, &whole, [0.0; 3]);
+                let inner =
+                    merged.map(|merged| Multigrid::new_from(session, merged, singular, left, 0));
+                break Bottom::Merged(Box::new(Merged { merge, inner, bodies }));
             }
             if levels.len() == tuning.levels {
                 break Bottom::Smoothed;

@@ -1,26 +1,51 @@
 //! Bodies that lie on several ranks: their numbers go between these ranks only.
 //!
 //! ```text
-//!   +-----+-----+-----+    each rank tells those around it, as far as a body reaches, which bodies
-//!   |     |   o |     |     it has; of what both have it sends its part of a sum and gets theirs,
-//!   |   o | here|     |     which are added in the order of the ranks: the same bits everywhere
-//!   |     |   o | o   |
+//!   +-----+-----+-----+     each rank tells those around it, as far as a body reaches, which it
+//!   |     |   o |     |     has; a sum over a body's ranks goes axis by axis: first along x
+//!   |   o | here|     |     through the columns that have any of it, then along y, then along z,
+//!   |     |   o | o   |     each in the order of the ranks: the same bits everywhere
 //!   +-----+-----+-----+
 //! ```
+//! A rank that has nothing of a body passes sums on where the body lies on both sides of a corner.
+//! Two messages an axis are enough where bodies are smaller than ranks' boxes.
 
 use super::super::whole::Whole;
 use crate::Result;
 use crate::petsc::Session;
 
-/// A rank with which this one may share bodies.
+/// A rank that may have bodies of this one.
 #[derive(Default)]
 struct Peer {
     rank: usize,
-    /// The groups that it has, and those of them that are here too, in their order.
+    at: [usize; 3],
+    /// The groups that it has, in their order.
     theirs: Vec<f64>,
+}
+
+/// A rank on the same line along an axis.
+#[derive(Default)]
+struct Partner {
+    rank: usize,
+    /// Its place along the axis.
+    at: usize,
+    /// The groups whose sums go through both.
     common: Vec<u32>,
     /// Its part of a sum.
     part: Vec<f64>,
+}
+
+/// To whom, by its number in a list, a message goes, and from whom one comes at the same time.
+type Direction = [Option<usize>; 2];
+
+/// A line of ranks along an axis.
+#[derive(Default)]
+struct Line {
+    /// By their place.
+    partners: Vec<Partner>,
+    directions: Vec<Direction>,
+    /// The groups of all of them.
+    groups: Vec<u32>,
 }
 
 /// The groups that have faces on more than one rank: the others need nobody else's numbers.
@@ -33,12 +58,13 @@ pub(super) struct Shared {
     periodic: [bool; 3],
     /// How many ranks away along each axis the same body may lie.
     reach: Option<[usize; 3]>,
-    /// By rank.
+    /// By rank, and how messages to all of them go.
     peers: Vec<Peer>,
-    /// To which peer a message goes and from which one comes at the same time.
-    directions: Vec<[Option<usize>; 2]>,
-    /// All of them, and scratch: this rank's parts, and what is sent.
-    groups: Vec<u32>,
+    directions: Vec<Direction>,
+    lines: [Line; 3],
+    /// Scratch: groups and who has them, by its number among the peers; this rank's parts of a sum,
+    /// and what is sent.
+    owners: Vec<(u32, u32)>,
     own: Vec<f64>,
     send: Vec<f64>,
 }
@@ -56,7 +82,8 @@ impl Shared {
             reach: None,
             peers: Vec::new(),
             directions: Vec::new(),
-            groups: Vec::new(),
+            lines: Default::default(),
+            owners: Vec::new(),
             own: Vec::new(),
             send: Vec::new(),
         }
@@ -79,37 +106,66 @@ impl Shared {
                 false => (-most..=most).collect(),
             }
         };
-        let [x, y, z] = std::array::from_fn(offsets);
+        let [x, y, z]: [Vec<isize>; 3] = std::array::from_fn(offsets);
         let all = z.iter().flat_map(|c| y.iter().flat_map(|b| x.iter().map(|a| [*a, *b, *c])));
-        let pairs: Vec<_> = all
-            .filter(|d| *d != [0; 3])
-            .map(|d| [self.rank_at(d), self.rank_at(d.map(|d| -d))])
-            .collect();
-        let mut known: Vec<usize> = pairs.iter().flatten().copied().flatten().collect();
-        known.sort_unstable();
-        known.dedup();
-        let index = |rank: Option<usize>| rank.and_then(|rank| known.binary_search(&rank).ok());
-        self.directions = pairs.iter().map(|pair| pair.map(index)).collect();
-        self.peers = known.into_iter().map(|rank| Peer { rank, ..Peer::default() }).collect();
+        let away: Vec<_> = all.filter(|d| *d != [0; 3]).collect();
+        let back = |d: &[isize; 3]| d.map(|d| -d);
+        let pairs: Vec<_> = away.iter().map(|d| [self.place(*d), self.place(back(d))]).collect();
+        let known = sorted(pairs.iter().flatten().flatten().map(|at| (self.rank_at(*at), *at)));
+        let number = |at: Option<[usize; 3]>| {
+            at.and_then(|at| known.binary_search_by_key(&self.rank_at(at), |peer| peer.0).ok())
+        };
+        self.directions = pairs.iter().map(|pair| pair.map(number)).collect();
+        self.lines = std::array::from_fn(|a| {
+            let along = |d: &&[isize; 3]| (0..3).all(|b| b == a || d[b] == 0);
+            let pairs = away.iter().filter(along).map(|d| [self.place(*d), self.place(back(d))]);
+            let pairs: Vec<_> = pairs.collect();
+            let known =
+                sorted(pairs.iter().flatten().flatten().map(|at| (at[a], self.rank_at(*at))));
+            let number = |at: Option<[usize; 3]>| {
+                at.and_then(|at| known.binary_search_by_key(&at[a], |partner| partner.0).ok())
+            };
+            let partner = |(at, rank): &(usize, usize)| Partner {
+                rank: *rank,
+                at: *at,
+                ..Partner::default()
+            };
+            Line {
+                directions: pairs.iter().map(|pair| pair.map(number)).collect(),
+                partners: known.iter().map(partner).collect(),
+                groups: Vec::new(),
+            }
+        });
+        self.peers =
+            known.into_iter().map(|(rank, at)| Peer { rank, at, theirs: Vec::new() }).collect();
     }
 
-    /// The rank so many places away.
-    fn rank_at(&self, offset: [isize; 3]) -> Option<usize> {
-        let mut rank = 0;
-        for a in (0..3).rev() {
+    /// The place of the rank so many places away, if there is one.
+    fn place(&self, offset: [isize; 3]) -> Option<[usize; 3]> {
+        let mut place = [0; 3];
+        for a in 0..3 {
             let (n, to) = (self.ranks[a] as isize, self.at[a] as isize + offset[a]);
             let to = if self.periodic[a] { to.rem_euclid(n) } else { to };
-            rank = rank * self.ranks[a] + (0..n).contains(&to).then_some(to as usize)?;
+            place[a] = (0..n).contains(&to).then_some(to as usize)?;
         }
-        Some(rank)
+        Some(place)
     }
 
-    /// Finds which of the groups `here`, in their order, lie on other ranks too. Collective.
+    /// The rank of a place.
+    fn rank_at(&self, at: [usize; 3]) -> usize {
+        at[0] + self.ranks[0] * (at[1] + self.ranks[1] * at[2])
+    }
+
+    /// Finds which of the groups `here`, in their order, lie on other ranks too, and through whom
+    /// their sums go. Collective.
     pub fn find(&mut self, here: &[u32]) -> Result<()> {
         if self.reach.is_none() {
             self.set_reach([f64::INFINITY; 3]);
         }
-        let Shared { session, peers, directions, groups, send, .. } = self;
+        if self.peers.is_empty() {
+            return Ok(());
+        }
+        let Shared { session, peers, directions, send, .. } = self;
         send.clear();
         send.extend(here.iter().map(|group| f64::from(*group)));
         for [to, from] in directions.iter() {
@@ -119,42 +175,82 @@ impl Shared {
             let mut nothing = Vec::new();
             let theirs = from.map_or(&mut nothing, |from| &mut peers[from].theirs);
             theirs.resize(count[0] as usize, 0.0);
-            let (to, from) =
-                (to.filter(|_| !send.is_empty()), from_rank.filter(|_| !theirs.is_empty()));
-            session.swap(send, to, theirs, from)?;
+            let to = to.filter(|_| !send.is_empty());
+            session.swap(send, to, theirs, from_rank.filter(|_| count[0] > 0.0))?;
         }
-        groups.clear();
-        for peer in peers {
-            let Peer { theirs, common, .. } = peer;
-            common.clear();
-            let both = |group: &&u32| {
-                theirs.binary_search_by(|other| other.total_cmp(&f64::from(**group))).is_ok()
-            };
-            common.extend(here.iter().filter(both));
-            groups.extend_from_slice(common);
-        }
-        groups.sort_unstable();
-        groups.dedup();
+        self.find_partners(here);
         Ok(())
     }
 
-    /// Sums the `width` numbers of each such group over its ranks. Collective.
+    /// Who takes part in the sum of each group, from what all peers have told.
+    fn find_partners(&mut self, here: &[u32]) {
+        let Shared { at: place, peers, lines, owners, .. } = self;
+        let me = peers.len() as u32;
+        owners.clear();
+        owners.extend(here.iter().map(|group| (*group, me)));
+        for (peer, number) in peers.iter().zip(0..) {
+            owners.extend(peer.theirs.iter().map(|group| (*group as u32, number)));
+        }
+        owners.sort_unstable();
+        for line in lines.iter_mut() {
+            line.groups.clear();
+            line.partners.iter_mut().for_each(|partner| partner.common.clear());
+        }
+        for sharing in owners.chunk_by(|a, b| a.0 == b.0).filter(|sharing| sharing.len() > 1) {
+            let along = |owner: u32, a: usize| {
+                if owner == me { place[a] } else { peers[owner as usize].at[a] }
+            };
+            let has = |a: usize, at: usize| sharing.iter().any(|(_, owner)| along(*owner, a) == at);
+            // Those whose place along every axis is one of some rank that has it.
+            if !(0..3).all(|a| has(a, place[a])) {
+                continue;
+            }
+            for (a, line) in lines.iter_mut().enumerate() {
+                let mut any = false;
+                for partner in line.partners.iter_mut().filter(|partner| has(a, partner.at)) {
+                    partner.common.push(sharing[0].0);
+                    any = true;
+                }
+                line.groups.extend(any.then_some(sharing[0].0));
+            }
+        }
+    }
+
+    /// Sums the `width` numbers of each such group over its ranks, zero where a rank has nothing of
+    /// it. Collective.
     pub fn sum(&mut self, width: usize, numbers: &mut [f64]) -> Result<()> {
-        let Shared { session, peers, directions, groups, own, send, .. } = self;
+        let Shared { session, at, lines, own, send, .. } = self;
+        for (a, line) in lines.iter_mut().enumerate() {
+            line.sum(session, (width, at[a]), numbers, (own, send))?;
+        }
+        Ok(())
+    }
+}
+
+impl Line {
+    /// Sums along the line, on which this rank has the place `at`. Collective.
+    fn sum(
+        &mut self,
+        session: &Session,
+        (width, at): (usize, usize),
+        numbers: &mut [f64],
+        (own, send): (&mut Vec<f64>, &mut Vec<f64>),
+    ) -> Result<()> {
+        let Line { partners, directions, groups } = self;
         let of = |group: &u32| width * *group as usize..width * (*group as usize + 1);
         for [to, from] in directions.iter() {
             send.clear();
             if let Some(to) = to {
-                peers[*to].common.iter().for_each(|g| send.extend_from_slice(&numbers[of(g)]));
+                partners[*to].common.iter().for_each(|g| send.extend_from_slice(&numbers[of(g)]));
             }
-            let to = to.map(|to| peers[to].rank).filter(|_| !send.is_empty());
-            let Some(peer) = from.map(|from| &mut peers[from]) else {
+            let to = to.map(|to| partners[to].rank).filter(|_| !send.is_empty());
+            let Some(partner) = from.map(|from| &mut partners[from]) else {
                 session.swap(send, to, &mut [], None)?;
                 continue;
             };
-            peer.part.resize(width * peer.common.len(), 0.0);
-            let from = (!peer.part.is_empty()).then_some(peer.rank);
-            session.swap(send, to, &mut peer.part, from)?;
+            partner.part.resize(width * partner.common.len(), 0.0);
+            let from = (!partner.part.is_empty()).then_some(partner.rank);
+            session.swap(send, to, &mut partner.part, from)?;
         }
         own.clear();
         for group in groups.iter() {
@@ -166,10 +262,18 @@ impl Shared {
                 numbers[of(group)].iter_mut().zip(part).for_each(|(n, p)| *n += p);
             }
         };
-        let before = peers.partition_point(|peer| peer.rank < session.rank());
-        peers[..before].iter().for_each(|peer| add(&peer.common, &peer.part));
+        let before = partners.partition_point(|partner| partner.at < at);
+        partners[..before].iter().for_each(|partner| add(&partner.common, &partner.part));
         add(groups, own);
-        peers[before..].iter().for_each(|peer| add(&peer.common, &peer.part));
+        partners[before..].iter().for_each(|partner| add(&partner.common, &partner.part));
         Ok(())
     }
+}
+
+/// Each pair once, by its first number.
+fn sorted<T: Copy + Ord>(pairs: impl Iterator<Item = (usize, T)>) -> Vec<(usize, T)> {
+    let mut pairs: Vec<_> = pairs.collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
 }

@@ -60,6 +60,10 @@ impl Bodies {
         let Bodies { axes, weights, layers, shared, .. } = self;
         let SurfaceCells { begin, cells, smooth, grams, .. } = &mut layers[l];
         grams.resize(9 * weights.len(), 0.0);
+        // Every sweep goes through them four times, the sooner the nearer they lie to each other.
+        for range in begin.windows(2) {
+            cells[range[0]..range[1]].sort_unstable_by_key(|cell| cell.place);
+        }
         let raised = |inverse: Single, j: &[f64; 3]| {
             let d = if inverse > 0.0 { 1.0 / f64::from(inverse) } else { 0.0 };
             1.0 / (d + FLOOR * j.iter().map(|j| j * j).sum::<f64>())

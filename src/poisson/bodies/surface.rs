@@ -66,17 +66,17 @@ impl SurfaceCells {
     /// The cells of the group whose faces begin at `first`, the last one so far.
     pub fn collect(&mut self, lattice: &Lattice, inverse_h: &[f64; 3], first: usize) {
         let start = self.cells.len();
-        let place = |place: usize, a: usize| place / lattice.stride[a] % (lattice.n[a] + 2);
         for face in &self.faces[first..] {
             let (axis, high) = (face.axis as usize, face.place as usize);
             let j = face.part * inverse_h[axis];
             for (here, value) in [(high - lattice.stride[axis], j), (high, -j)] {
-                if !(1..=lattice.n[axis]).contains(&place(here, axis)) {
+                if !(1..=lattice.n[axis]).contains(&lattice.along(here, axis)) {
                     continue;
                 }
                 if self.found[here] == NONE {
                     self.found[here] = self.cells.len() as u32;
-                    let at = |a: usize| if a < lattice.axes { place(here, a) - 1 } else { 0 };
+                    let at =
+                        |a: usize| if a < lattice.axes { lattice.along(here, a) - 1 } else { 0 };
                     let row = (at(0) + lattice.n[0] * (at(1) + lattice.n[1] * at(2))) as u32;
                     self.cells.push(Cell { row, place: here as u32, j: [0.0; 3] });
                 }
