@@ -1,7 +1,7 @@
 //! What the passes over the grid take beside what the memory of the machine allows.
 //!
-//! `cargo bench --bench roofline [-- CELLS]` prints, for boxes of CELLS x CELLS x CELLS cells (128 by
-//! default) and of as many cells in a square, what each pass reads and writes at least (bytes a
+//! `cargo bench --bench roofline [-- CELLS]` prints, for boxes of CELLS x CELLS x CELLS cells (128
+//! by default) and of as many cells in a square, what each pass reads and writes at least (bytes a
 //! cell, every number once), its time (the least of several), its bandwidth, and the part that this
 //! is of the bandwidth of `a = b + s c` over arrays that no cache holds. A pass that reads
 //! neighbours in other planes reads them again where a cache does not keep them, and computes

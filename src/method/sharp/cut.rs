@@ -5,7 +5,7 @@ use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Neighbour, Surroundings, smooth_step};
 use super::ghost_width;
 use super::local::LocalBodies;
-use super::near::NearBodies;
+use super::near::{NearBodies, walls_within};
 use super::profile::{self, Parabola};
 use super::shared::SharedCells;
 use super::stencil::Cubic;
@@ -163,7 +163,7 @@ impl<const D: usize> CutBodies<D> {
                 friction,
                 cubic,
                 reach,
-                walls: gap::walls_within(grid, &bodies[k].centre, &reached),
+                walls: walls_within(grid, &bodies[k].centre, &reached),
                 parabola,
                 slope,
             };

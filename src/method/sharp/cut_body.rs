@@ -4,6 +4,7 @@
 
 use super::PROFILE_DEPTH;
 use super::gap::{self, Surroundings};
+use super::near::walls_within;
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Image, Normal, Reading, Stencil, Stencils};
 use crate::geometry::{
@@ -231,7 +232,7 @@ impl<const D: usize> CutBody<D> {
         }
         // A face along an axis has a cell on either side.
         let beside = bounds + Vector3::from_fn(|a, _| if a < D { 2.0 * grid.h[a] } else { 0.0 });
-        let walls = gap::walls_within(grid, &body.centre, &beside);
+        let walls = walls_within(grid, &body.centre, &beside);
         self.at_boundary = walls.as_flattened().contains(&true);
         for (axis, cuts) in self.cuts.iter_mut().enumerate() {
             aperture::cuts(grid, axis, &placed, tiles, cuts, &mut arms[axis]);

@@ -55,6 +55,9 @@ pub struct Neighbour {
     /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round
     /// ones respond at once.
     round: Option<f64>,
+    /// A normal of a round body on which it lies less far than this (m) from its centre misses it;
+    /// nothing where one of the two is not round.
+    grazes: f64,
 }
 
 impl Other {
@@ -85,10 +88,11 @@ impl Neighbour {
         periods: &[Option<f64>; 3],
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
-        let (nearest, orientation, round) = (
+        let (nearest, orientation, round, own) = (
             nearest_image(&bodies[k].centre, &bodies[j].centre, periods),
             bodies[j].orientation(),
             round(&bodies[j]),
+            round(&bodies[k]),
         );
         let near = reach + bodies[k].radius() + bodies[j].radius();
         // By axis, the way to the next image on the other side, where that may be near.
@@ -101,13 +105,10 @@ impl Neighbour {
             for a in (0..3).filter(|a| sides >> a & 1 == 1) {
                 apart[a] += next[a]?;
             }
-            (sides == 0 || apart.norm() < near).then_some(Neighbour {
-                body: j,
-                apart,
-                orientation,
-                mirror: None,
-                round,
-            })
+            (sides == 0 || apart.norm() < near).then_some(
+                Neighbour { body: j, apart, orientation, mirror: None, round, grazes: 0.0 }
+                    .beside(own),
+            )
         })
     }
 
@@ -129,7 +130,8 @@ impl Neighbour {
             [length, -length].map(|way| {
                 let mut apart = Vector3::zeros();
                 apart[axis] = way;
-                Neighbour { body: k, apart, orientation, mirror: None, round }
+                Neighbour { body: k, apart, orientation, mirror: None, round, grazes: 0.0 }
+                    .beside(round)
             })
         })
     }
@@ -159,8 +161,22 @@ impl Neighbour {
             (apart[axis], plane[(axis, axis)]) = (2.0 * to, -1.0);
             let orientation =
                 Orientation::from_matrix_unchecked(plane * body.orientation().matrix() * plane);
-            Some(Neighbour { body: k, apart, orientation, mirror: Some(axis), round })
+            let mirror = Some(axis);
+            Some(
+                Neighbour { body: k, apart, orientation, mirror, round, grazes: 0.0 }.beside(round),
+            )
         })
+    }
+
+    /// It, beside a body of this radius (m) where that is round.
+    fn beside(mut self, own: Option<f64>) -> Neighbour {
+        let square = |radius: f64| (self.apart.norm_squared() - radius * radius).max(0.0);
+        // What nearly grazes it is looked at.
+        self.grazes = match (own, self.round) {
+            (Some(_), Some(radius)) => (1.0 - 1e-9) * square(radius).sqrt(),
+            _ => f64::NEG_INFINITY,
+        };
+        self
     }
 
     /// Whether it comes after the body `k`, or is its own image further along: one of two always
@@ -282,16 +298,6 @@ impl Shares {
     }
 }
 
-/// By axis and side, whether a side of the box is as near to a body that reaches so far along the
-/// axes from its centre (m).
-pub fn walls_within<const D: usize>(
-    grid: &Grid<D>,
-    centre: &Vector3<f64>,
-    reached: &Vector3<f64>,
-) -> [[bool; 2]; D] {
-    std::array::from_fn(|a| [centre[a] <= reached[a], grid.size[a] - centre[a] <= reached[a]])
-}
-
 /// A gap along a normal.
 pub struct Gap {
     /// How wide it is (m).
@@ -333,10 +339,13 @@ impl<const D: usize> Surroundings<'_, D> {
     }
 
     /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, `own`
-    /// (m) from its wall, so far as what lies across is in reach.
+    /// (m) from its wall, so far as the grid does not resolve it; else it is at least so wide that
+    /// it does.
     pub fn width_at(&self, k: usize, arm: &Vector3<f64>, own: f64) -> f64 {
         let mut other = f64::INFINITY;
-        for near in self.near {
+        // Beyond that there is no gap that the grid does not resolve.
+        let most = unresolved(self.numerics) * self.h - own;
+        for near in self.near.iter().filter(|near| !near.is_beyond(arm, most)) {
             other = other.min(near.distance(self.bodies, arm));
         }
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
@@ -399,7 +408,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// `image`, along the normal `n` to the next body or wall.
     pub fn gap(&self, image: &Vector3<f64>, foot: &Vector3<f64>, n: &Vector3<f64>) -> Gap {
         let mut gap = Gap { width: f64::INFINITY, other: Other::Nothing };
-        for near in self.near {
+        for near in self.near.iter().filter(|near| near.apart.dot(n) > near.grazes) {
             let Some(width) = near.meets(self.bodies, foot, n) else { continue };
             if width < gap.width {
                 gap = Gap {

@@ -1,7 +1,9 @@
 //! Which bodies are near each other: as far as the image points of one may meet another.
 
+use crate::grid::Grid;
 use crate::particles::Body;
 use crate::particles::Neighbours;
+use nalgebra::Vector3;
 
 /// The bodies near each.
 pub struct NearBodies {
@@ -57,4 +59,14 @@ impl NearBodies {
         // In the order of the bodies, so that sums do not depend on how they were found.
         near.iter_mut().for_each(|near| near.sort_unstable());
     }
+}
+
+/// By axis and side, whether a side of the box is as near to a body that reaches so far along the
+/// axes from its centre (m).
+pub fn walls_within<const D: usize>(
+    grid: &Grid<D>,
+    centre: &Vector3<f64>,
+    reached: &Vector3<f64>,
+) -> [[bool; 2]; D] {
+    std::array::from_fn(|a| [centre[a] <= reached[a], grid.size[a] - centre[a] <= reached[a]])
 }
