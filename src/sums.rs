@@ -87,7 +87,7 @@ impl<T: Summed + Clone + Default> BodySums<T> {
     ///
     /// # Errors
     /// When ranks cannot reach each other.
-    pub fn from_owners(
+    pub fn tell_all(
         &mut self,
         session: &Session,
         reach: &Reach,

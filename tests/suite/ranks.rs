@@ -1,7 +1,10 @@
 //! The same run on 1, 2 and 4 ranks gives the same answer to the solver's tolerance, in 2D and 3D,
 //! periodic and not.
 
+use crate::modes::in_processes;
 use crate::support::{columns, mics, mpirun, summary};
+use mics::grid::Grid;
+use mics::petsc::Layout;
 use mics_run::snapshot::Snapshot;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -196,6 +199,21 @@ fn ranks_agree_colliding_spheres_crossing_subdomains() {
         free([0.85, 0.5, 0.5], 2.65, [0.6, 0.0, 0.1]),
         free([0.32, 0.45, 0.6], 20.0, [-0.3, -0.2, 0.0]),
     ));
+}
+
+#[test]
+fn division_of_cells_is_petscs_on_six_ranks() {
+    in_processes("ranks::division_of_cells_is_petscs_on_six_ranks", &[(6, "")], |session| {
+        let cells = [14, 11, 9];
+        let layout = Layout::new(session, &cells, &[false; 3], 3).unwrap();
+        let Grid { start, local, division, .. } =
+            Grid::new(cells, [1.4, 1.1, 0.9], [false; 3], &layout);
+        let last = std::array::from_fn(|a| start[a] + local[a] - 1);
+        assert_eq!([start, last].map(|cell| division.owner(cell)), [session.rank(); 2]);
+        let mut owners = Vec::new();
+        division.owners(start, last, |rank| owners.push(rank));
+        assert_eq!(owners, [session.rank()]);
+    });
 }
 
 /// A row of discs that touch lies over three of nine ranks and moves on over the corners between

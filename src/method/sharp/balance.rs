@@ -16,13 +16,16 @@ use crate::domain::Domain;
 use crate::kernels::boundary::{self, Sides};
 use crate::method::cells_momentum;
 use crate::state::{Balance, Impulses, State};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3x4, Vector3};
 
 impl<const D: usize> Sharp<D> {
-    /// The momentum of everything in the box (kg m/s). Collective.
-    fn total_momentum(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<Vector3<f64>> {
-        let mut cells = cells_momentum(&domain.grid, &self.mixture.density, &s.u);
-        domain.session.sum(cells.as_mut_slice())?;
+    /// The momentum of the cells of this rank (kg m/s).
+    fn cells_momentum(&self, domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
+        cells_momentum(&domain.grid, &self.mixture.density, &s.u)
+    }
+
+    /// The momentum of everything in the box (kg m/s), of which all cells have `cells`.
+    fn total_momentum(&self, s: &mut State<D>, cells: Vector3<f64>) -> Result<Vector3<f64>> {
         let histories = &history(&mut s.surfaces)?.bodies;
         let beside = s.bodies.iter().zip(histories).map(|(body, history)| {
             let own = if body.freedom().is_some() {
@@ -38,8 +41,10 @@ impl<const D: usize> Sharp<D> {
     /// Starts the balance, where one is kept. Collective.
     pub(super) fn balance_from_now(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         if s.balance.is_some() {
-            s.balance =
-                Some(Balance { momentum: self.total_momentum(domain, s)?, ..Balance::default() });
+            let mut cells = self.cells_momentum(domain, s);
+            domain.session.sum(cells.as_mut_slice())?;
+            let momentum = self.total_momentum(s, cells)?;
+            s.balance = Some(Balance { momentum, ..Balance::default() });
         }
         Ok(())
     }
@@ -55,11 +60,12 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<()> {
         let Some(before) = s.balance else { return Ok(()) };
         let pressure = boundary::pressure(&domain.grid, &domain.boundaries, &s.p);
-        let mut boundary =
-            dt * Matrix3::from_columns(&[sides.column(0).into(), sides.column(1).into(), pressure]);
-        domain.session.sum(boundary.as_mut_slice())?;
-        let [flow, shear, pressure] = [0, 1, 2].map(|k| boundary.column(k).into_owned());
-        let momentum = self.total_momentum(domain, s)?;
+        let [flow, shear] = [0, 1].map(|k| dt * sides.column(k));
+        let cells = self.cells_momentum(domain, s);
+        let mut sums = Matrix3x4::from_columns(&[flow, shear, dt * pressure, cells]);
+        domain.session.sum(sums.as_mut_slice())?;
+        let [flow, shear, pressure, cells] = [0, 1, 2, 3].map(|k| sums.column(k).into_owned());
+        let momentum = self.total_momentum(s, cells)?;
         let impulses = Impulses {
             drive: dt * domain.driving_force(s),
             pressure,

@@ -184,7 +184,7 @@ impl<const D: usize> Following<'_, D> {
             pressure_torque: motions[k].pressure_torque,
         };
         let Sums { responses, messages, .. } = &mut **sums;
-        let responses = responses.from_owners(session, reach, messages, own)?;
+        let responses = responses.tell_all(session, reach, messages, own)?;
         for (k, response) in responses.iter().enumerate() {
             coupled.set(k, &response.velocity, &response.spin);
             (motions[k].pressure, motions[k].pressure_torque) =
