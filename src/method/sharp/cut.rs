@@ -54,8 +54,7 @@ impl<const D: usize> CutBodies<D> {
         let (grid, periods, h) =
             (&domain.grid, domain.periods(), ghost_width(&domain.grid.h, &domain.numerics).0);
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
-        let cut: Vec<_> =
-            bodies.iter().map(|b| CutBody::new(grid, b.shape(), h, &domain.numerics)).collect();
+        let cut = CutBody::all(grid, bodies, h, &domain.numerics);
         let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
         let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
         let shared = cut.iter().map(|cut| cut.shared_ghost_cells.capacity()).sum();
