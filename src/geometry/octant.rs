@@ -229,8 +229,8 @@ pub fn of_box(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> Corner {
     sum
 }
 
-/// What lies between the edges of a box along x, of each the corner at the low (0) or the high plane
-/// (1) of y and z: that of the low end less that of the high one is the box's.
+/// What lies beyond an end of a box along x, by its corners at the low (0) or the high plane (1) of
+/// y and z: that of the low end less that of the high one is the box's.
 pub fn end(mut corner: impl FnMut([usize; 2]) -> Corner) -> Corner {
     let mut sum = Corner::EMPTY;
     for (sign, at) in [(1.0, [0, 0]), (-1.0, [1, 0]), (-1.0, [0, 1]), (1.0, [1, 1])] {

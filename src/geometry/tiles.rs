@@ -184,7 +184,8 @@ impl Tiles {
         }
     }
 
-    /// The boxes that a disc of the given radius (m) reaches, with moments where faces are asked for.
+    /// The boxes that a disc of the given radius (m) reaches, with moments where faces are asked
+    /// for.
     pub fn of_disc(&mut self, radius: f64, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
         if let Some(axis) = faces {
             self.find_radii(radius, axis);

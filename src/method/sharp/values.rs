@@ -29,8 +29,8 @@ pub struct Flow<'a, const D: usize> {
 
 impl<const D: usize> Stencils<D> {
     /// Hands `take` each of the readings with its value (m/s, or 1/s of a slope). With `limit`, the
-    /// speed (m/s) up to which the layer is resolved, and the largest profile there, of the velocity
-    /// at the first image point.
+    /// speed (m/s) up to which the layer is resolved, and the largest profile there, of the
+    /// velocity at the first image point.
     #[inline(always)]
     pub fn values<S: Simd>(
         &self,
