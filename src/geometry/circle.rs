@@ -96,9 +96,9 @@ impl Parts {
     }
 
     /// What the disc of the radius `r` (m) has below each of the lines in x and one in y: the
-    /// quadrants of [`rectangle`], with no branch.
+    /// quadrants of [`rectangle`], with no branch; the integrals where they are asked for.
     #[inline(always)]
-    pub fn set_below(&mut self, x: &Lines, y: &Line, r: f64) {
+    pub fn set_below(&mut self, x: &Lines, y: &Line, r: f64, moments: bool) {
         let (n, square, whole) = (x.at.len(), r * r, PI * r * r);
         let [area, x_moment, y_moment] = self.resize(n + 1);
         let (at, root, below) = (&x.at[..n], &x.root[..n], &x.below[..n]);
@@ -111,21 +111,25 @@ impl Parts {
             let sum = if above { line } else { 0.0 } + if right { y.below } else { 0.0 };
             let outside = sum - if above && right { whole } else { 0.0 };
             area[i] = if x * x + y_square < square { within } else { outside };
+        }
+        for i in 0..if moments { n } else { 0 } {
             x_moment[i] = moment_within(root[i], y.at);
-            y_moment[i] = moment_within(y.root, x);
+            y_moment[i] = moment_within(y.root, at[i]);
         }
     }
 
     /// What it has of the rectangles between neighbouring lines in x and two in y, by what is below
     /// these; up to a whole number of vectors.
     #[inline(always)]
-    pub fn set_between(&mut self, low: &Parts, high: &Parts) {
+    pub fn set_between(&mut self, low: &Parts, high: &Parts, moments: bool) {
         let n = low.area.len().saturating_sub(1);
         let [area, x, y] = self.resize(n);
         between(&low.area, &high.area, area);
         area.iter_mut().for_each(|area| *area = if *area > 0.0 { *area } else { 0.0 });
-        between(&low.moment[0], &high.moment[0], x);
-        between(&low.moment[1], &high.moment[1], y);
+        if moments {
+            between(&low.moment[0], &high.moment[0], x);
+            between(&low.moment[1], &high.moment[1], y);
+        }
     }
 }
 

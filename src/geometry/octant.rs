@@ -138,8 +138,19 @@ impl Pair {
 }
 
 impl Corner {
-    /// That of planes normal to x, y, z and of their pairs xy, yz, zx.
-    pub fn new(planes: [&Plane; 3], pairs: [&Pair; 3], radius: f64) -> Corner {
+    /// None.
+    pub const EMPTY: Corner = Corner { volume: 0.0, moment: Vector3::new(0.0, 0.0, 0.0) };
+
+    /// Adds a multiple of another one.
+    #[inline]
+    pub fn add(&mut self, factor: f64, other: &Corner) {
+        self.volume += factor * other.volume;
+        self.moment += factor * other.moment;
+    }
+
+    /// That of planes normal to x, y, z and of their pairs xy, yz, zx; the integrals where they are
+    /// asked for.
+    pub fn new(planes: [&Plane; 3], pairs: [&Pair; 3], radius: f64, integrals: bool) -> Corner {
         let line = |k: usize, angle: f64, root: f64| Line { at: planes[k].at, angle, root };
         // Of each plane the lines of the next two in its circle.
         let lines: [[Line; 2]; 3] = std::array::from_fn(|k| {
@@ -147,8 +158,13 @@ impl Corner {
             [line((k + 1) % 3, next.first, next.root), line((k + 2) % 3, last.second, last.root)]
         });
         let distance: f64 = planes.iter().map(|plane| plane.at * plane.at).sum();
-        if distance >= radius * radius {
-            let moment = Vector3::from_fn(|k, _| 0.5 * planes[k].rest(&lines[k][0], &lines[k][1]));
+        let outer = distance >= radius * radius;
+        let moment = |k: usize| {
+            let [y, z] = &lines[k];
+            0.5 * if outer { planes[k].rest(y, z) } else { planes[k].quarter(y, z) }
+        };
+        let moment = Vector3::from_fn(|k, _| if integrals { moment(k) } else { 0.0 });
+        if outer {
             return Corner { volume: outside(planes, pairs, radius), moment };
         }
         let (mut patch, mut flat) =
@@ -159,7 +175,6 @@ impl Corner {
             flat += plane.at
                 * (0.5 * plane.square * arc + y.at * z.at - 0.5 * (y.at * y.root + z.at * z.root));
         }
-        let moment = Vector3::from_fn(|k, _| 0.5 * planes[k].quarter(&lines[k][0], &lines[k][1]));
         Corner { volume: (radius.powi(3) * patch - flat) / 3.0, moment }
     }
 }
@@ -203,20 +218,23 @@ pub fn of_box(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> Corner {
         std::array::from_fn(|a| [low[a], high[a]].map(|at| Plane::new(at, radius)));
     let pair =
         |a: usize, i: usize, j: usize| Pair::new(&planes[a][i], &planes[(a + 1) % 3][j], radius);
-    between(|[i, j, k]| {
-        let pairs = [pair(0, i, j), pair(1, j, k), pair(2, k, i)];
-        Corner::new([&planes[0][i], &planes[1][j], &planes[2][k]], pairs.each_ref(), radius)
-    })
-}
-
-/// What lies between eight corners, each at the low (0) or the high plane (1) of each axis.
-pub fn between(mut corner: impl FnMut([usize; 3]) -> Corner) -> Corner {
-    let mut sum = Corner { volume: 0.0, moment: Vector3::zeros() };
+    let mut sum = Corner::EMPTY;
     for n in 0..8usize {
         let sign = if n.count_ones() % 2 == 0 { 1.0 } else { -1.0 };
-        let one = corner([n & 1, n >> 1 & 1, n >> 2]);
-        sum.volume += sign * one.volume;
-        sum.moment += sign * one.moment;
+        let [i, j, k] = [n & 1, n >> 1 & 1, n >> 2];
+        let pairs = [pair(0, i, j), pair(1, j, k), pair(2, k, i)];
+        let own = [&planes[0][i], &planes[1][j], &planes[2][k]];
+        sum.add(sign, &Corner::new(own, pairs.each_ref(), radius, true));
+    }
+    sum
+}
+
+/// What lies beyond an end of a box along x, by its corners at the low (0) or the high plane (1) of
+/// y and z: that of the low end less that of the high one is the box's.
+pub fn end(mut corner: impl FnMut([usize; 2]) -> Corner) -> Corner {
+    let mut sum = Corner::EMPTY;
+    for (sign, at) in [(1.0, [0, 0]), (-1.0, [1, 0]), (-1.0, [0, 1]), (1.0, [1, 1])] {
+        sum.add(sign, &corner(at));
     }
     sum
 }

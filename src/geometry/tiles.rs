@@ -7,7 +7,7 @@
 
 use super::block::Block;
 use super::circle::{self, Line, Lines, Parts};
-use super::octant::{Corner, Pair, Plane, between};
+use super::octant::{Corner, Pair, Plane, end};
 use super::{Orientation, Shape};
 use crate::grid::simd;
 use nalgebra::Vector3;
@@ -184,7 +184,8 @@ impl Tiles {
         }
     }
 
-    /// The boxes that a disc of the given radius (m) reaches, with moments.
+    /// The boxes that a disc of the given radius (m) reaches, with moments where faces are asked
+    /// for.
     pub fn of_disc(&mut self, radius: f64, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
         if let Some(axis) = faces {
             self.find_radii(radius, axis);
@@ -192,7 +193,8 @@ impl Tiles {
         let Tiles { planes, squares, across, parts: [low, high, between], circles, .. } = self;
         let line = |at: f64| Line::new(at, radius);
         across.set(&planes[0], radius);
-        high.set_below(across, &line(planes[1][0]), radius);
+        let moments = faces.is_some();
+        high.set_below(across, &line(planes[1][0]), radius, moments);
         let (square, z) = (radius * radius, squares[2][0]);
         let mut one = Tiles::empty(planes, [0; 3]);
         for (j, y) in squares[1].iter().enumerate() {
@@ -202,8 +204,8 @@ impl Tiles {
             simd(
                 #[inline(always)]
                 || {
-                    high.set_below(across, &next, radius);
-                    between.set_between(low, high);
+                    high.set_below(across, &next, radius, moments);
+                    between.set_between(low, high, moments);
                 },
             );
             one.set(planes, 1, j);
@@ -215,9 +217,11 @@ impl Tiles {
                 (one.part, one.moment) = (1.0, one.middle);
                 if x[1] + far > square {
                     let area = 4.0 * one.half.x * one.half.y;
-                    let [x, y] = [&between.moment[0], &between.moment[1]].map(|m| m[i]);
                     one.part = between.area[i] / area;
-                    one.moment = Vector3::new(x, y, 0.0) / area;
+                    if moments {
+                        let [x, y] = [&between.moment[0], &between.moment[1]].map(|m| m[i]);
+                        one.moment = Vector3::new(x, y, 0.0) / area;
+                    }
                 }
                 if let Some(axis) = faces {
                     let c = circles[one.at[axis]];
@@ -228,29 +232,19 @@ impl Tiles {
         }
     }
 
-    /// The boxes that a sphere of the given radius (m) reaches, with moments.
+    /// The boxes that a sphere of the given radius (m) reaches, likewise.
     pub fn of_sphere(&mut self, radius: f64, faces: Option<usize>, found: &mut dyn FnMut(&Filled)) {
         if let Some(axis) = faces {
             self.find_circles(radius, axis);
         }
-        for (cuts, planes) in self.cuts.iter_mut().zip(&self.planes) {
-            cuts.clear();
-            cuts.extend(planes.iter().map(|at| Plane::new(*at, radius)));
-        }
-        for (a, pairs) in self.pairs.iter_mut().enumerate() {
-            let (first, second) = (&self.cuts[a], &self.cuts[(a + 1) % 3]);
-            pairs.clear();
-            pairs.extend(
-                second.iter().flat_map(|q| first.iter().map(move |p| Pair::new(p, q, radius))),
-            );
-        }
+        self.find_pairs(radius);
         let Tiles { planes, squares, cuts, pairs, corners, circles, lines, .. } = self;
         let [nx, ny, nz] = cuts.each_ref().map(Vec::len);
         for layer in corners.iter_mut() {
             layer.clear();
             layer.resize(nx * ny, None);
         }
-        let mut layer = 0;
+        let (mut layer, mut last) = (0, None);
         Tiles::for_reached(planes, squares, radius, |mut one, whole| {
             // A layer that nothing reaches lies outside of all that are reached.
             if one.at[2] > layer {
@@ -260,14 +254,29 @@ impl Tiles {
             }
             (one.part, one.moment) = (1.0, one.middle);
             if !whole {
-                let filled = between(|high| {
-                    let [i, j, k] = std::array::from_fn(|a| one.at[a] + high[a]);
-                    *corners[high[2]][i + nx * j].get_or_insert_with(|| {
-                        let own =
-                            [&pairs[0][i + nx * j], &pairs[1][j + ny * k], &pairs[2][k + nz * i]];
-                        Corner::new([&cuts[0][i], &cuts[1][j], &cuts[2][k]], own, radius)
+                let mut ends = |at: [usize; 3]| {
+                    end(|high| {
+                        let [i, j, k] = [at[0], at[1] + high[0], at[2] + high[1]];
+                        *corners[high[1]][i + nx * j].get_or_insert_with(|| {
+                            let own = [
+                                &pairs[0][i + nx * j],
+                                &pairs[1][j + ny * k],
+                                &pairs[2][k + nz * i],
+                            ];
+                            let planes = [&cuts[0][i], &cuts[1][j], &cuts[2][k]];
+                            Corner::new(planes, own, radius, faces.is_some())
+                        })
                     })
-                });
+                };
+                // Where the box before it ends.
+                let mut filled = match last {
+                    Some((at, low)) if at == one.at => low,
+                    _ => ends(one.at),
+                };
+                let next = [one.at[0] + 1, one.at[1], one.at[2]];
+                let high = ends(next);
+                last = Some((next, high));
+                filled.add(-1.0, &high);
                 let volume = 8.0 * one.half.product();
                 (one.part, one.moment) = (filled.volume / volume, filled.moment / volume);
             }
@@ -282,6 +291,21 @@ impl Tiles {
             }
             found(&one);
         });
+    }
+
+    /// What a sphere of the given radius (m) has beyond each plane and each two of them.
+    fn find_pairs(&mut self, radius: f64) {
+        for (cuts, planes) in self.cuts.iter_mut().zip(&self.planes) {
+            cuts.clear();
+            cuts.extend(planes.iter().map(|at| Plane::new(*at, radius)));
+        }
+        for (a, pairs) in self.pairs.iter_mut().enumerate() {
+            let (first, second) = (&self.cuts[a], &self.cuts[(a + 1) % 3]);
+            pairs.clear();
+            pairs.extend(
+                second.iter().flat_map(|q| first.iter().map(move |p| Pair::new(p, q, radius))),
+            );
+        }
     }
 
     /// Radii of the circles, or half the chords, of a round body of the given radius (m) in the

@@ -220,27 +220,8 @@ fn complain(line: &str) {
 /// Does what the command line says, and returns the exit status.
 fn act(command: Command) -> Result<u8> {
     let done = match command {
-        Command::Run {
-            scene: SceneArgs { case, set, petsc },
-            out,
-            force,
-            resume,
-            quiet,
-            ranks,
-        } => {
-            let choice = ranks::Choice {
-                ranks,
-                case: &case,
-                set: &set,
-                options: !petsc.is_empty(),
-                out: out.as_deref(),
-                shown: !quiet,
-            };
-            if let Some(status) = ranks::run(&choice)? {
-                return Ok(status);
-            }
-            let (draw, commit) = (plot::draw_run, COMMIT);
-            run::run(&Request { case, out, set, force, resume, quiet, petsc, draw, commit })
+        Command::Run { scene, out, force, resume, quiet, ranks } => {
+            return run_case(scene, out, (force, resume, quiet), ranks);
         }
         Command::Check { scene, quiet } => {
             check::check(&scene.case, &scene.set, &scene.petsc, quiet)
@@ -285,6 +266,28 @@ fn act(command: Command) -> Result<u8> {
         Command::Schema { markdown: false } => print(&format!("{:#}", mics::config::schema())),
     };
     done.map(|()| 0)
+}
+
+/// Runs a case, here or on ranks of its own, and returns the exit status.
+fn run_case(
+    SceneArgs { case, set, petsc }: SceneArgs,
+    out: Option<PathBuf>,
+    (force, resume, quiet): (bool, bool, bool),
+    ranks: Option<Ranks>,
+) -> Result<u8> {
+    let choice = ranks::Choice {
+        ranks,
+        case: &case,
+        set: &set,
+        options: !petsc.is_empty(),
+        out: out.as_deref(),
+        shown: !quiet,
+    };
+    if let Some(status) = ranks::run(&choice)? {
+        return Ok(status);
+    }
+    let (draw, commit) = (plot::draw_run, COMMIT);
+    run::run(&Request { case, out, set, force, resume, quiet, petsc, draw, commit }).map(|()| 0)
 }
 
 /// The manual page: the program's, with every command's options.

@@ -62,8 +62,7 @@ impl<const D: usize> CutBodies<D> {
         let cut = if ranks > 1 {
             LocalBodies::none(grid, bodies.len())
         } else {
-            let cut = |b: &Body| CutBody::new(grid, b.shape(), h, &domain.numerics);
-            LocalBodies::all(grid, bodies.iter().map(cut).collect())
+            LocalBodies::all(grid, CutBody::all(grid, bodies, h, &domain.numerics))
         };
         let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
         let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);

@@ -15,6 +15,7 @@ use crate::grid::{Grid, VectorField};
 use crate::numerics::Numerics;
 use crate::particles::Body;
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Spacings beyond a body at which a rank has nothing of it.
 pub(super) const BEYOND: f64 = 2.0;
@@ -114,21 +115,43 @@ pub struct CutBody<const D: usize> {
     /// there (1/s), and their parts of the surface (m2; m per metre of depth).
     pub points: Vec<Reading>,
     pub areas: Vec<f64>,
-    /// Where they all lie in the body's own axes, about two a spacing.
-    quadrature_points: Vec<SurfacePoint>,
+    /// Where they all lie in the body's own axes, about two a spacing; round bodies of one radius
+    /// have one list.
+    quadrature_points: Arc<[SurfacePoint]>,
     /// Stencils by which it reads the velocity beside its surface.
     pub stencils: Stencils<D>,
 }
 
 impl<const D: usize> CutBody<D> {
-    /// One with room for all that a body can touch, its image points counting in spacings of `h`
-    /// (m). Of several ranks a body touches few: there it takes room as it comes.
-    pub fn new(grid: &Grid<D>, shape: &dyn Shape, h: f64, numerics: &Numerics) -> CutBody<D> {
-        if grid.local != grid.cells {
-            return CutBody::elsewhere(grid);
-        }
+    /// Those of bodies, on one rank.
+    pub fn all(grid: &Grid<D>, bodies: &[Body], h: f64, numerics: &Numerics) -> Vec<CutBody<D>> {
+        let mut known: Vec<(f64, Arc<[SurfacePoint]>)> = Vec::new();
+        let points = |body: &Body| {
+            let Some(radius) = gap::round(body) else { return body.shape().surface(h).into() };
+            if let Some((_, points)) = known.iter().find(|(other, _)| *other == radius) {
+                return points.clone();
+            }
+            let points: Arc<[_]> = body.shape().surface(h).into();
+            known.push((radius, points.clone()));
+            points
+        };
+        let points: Vec<_> = bodies.iter().map(points).collect();
+        let all = bodies.iter().zip(points);
+        all.map(|(body, points)| CutBody::new(grid, body.shape(), points, h, numerics)).collect()
+    }
+
+    /// One with room for all that a body can touch, with these points on its surface, its image
+    /// points counting in spacings of `h` (m). Of several ranks a body touches few: there it takes
+    /// room as it comes.
+    fn new(
+        grid: &Grid<D>,
+        shape: &dyn Shape,
+        quadrature_points: Arc<[SurfacePoint]>,
+        h: f64,
+        numerics: &Numerics,
+    ) -> CutBody<D> {
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
-        let (ghosts, quadrature_points) = (cells(gap::unresolved(numerics)), shape.surface(h));
+        let ghosts = cells(gap::unresolved(numerics));
         let points = quadrature_points.len();
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(cells(1.0))),
@@ -171,7 +194,7 @@ impl<const D: usize> CutBody<D> {
             cubic: Vec::new(),
             points: Vec::new(),
             areas: Vec::new(),
-            quadrature_points: Vec::new(),
+            quadrature_points: Arc::new([]),
             stencils: Stencils::new(grid, 0, 0, true),
         }
     }
@@ -228,7 +251,7 @@ impl<const D: usize> CutBody<D> {
             return;
         }
         if self.quadrature_points.is_empty() {
-            self.quadrature_points = shape.surface(around.h);
+            self.quadrature_points = shape.surface(around.h).into();
         }
         // A face along an axis has a cell on either side.
         let beside = bounds + Vector3::from_fn(|a, _| if a < D { 2.0 * grid.h[a] } else { 0.0 });

@@ -37,24 +37,7 @@ impl<const D: usize> CutBodies<D> {
                 before.extend(cut.gaps[axis].iter().map(|gap| correction[gap.face as usize]));
             }
         }
-        simd(
-            #[inline(always)]
-            || {
-                for (axis, (correction, face)) in
-                    correction.iter_mut().zip(faces.iter_mut()).enumerate()
-                {
-                    for row in grid.face_rows(axis) {
-                        let mean = means(&u[axis], row.clone(), grid.stride[axis]);
-                        let to =
-                            correction[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
-                        for (i, ((m, f), a)) in to.zip(&acceleration[axis][row]).enumerate() {
-                            *m = mean(i) + keep_open * *m - in_cells * a;
-                            *f = *m + dt * a;
-                        }
-                    }
-                }
-            },
-        );
+        predict_open(grid, u, (keep_open, in_cells, dt), acceleration, correction, faces);
         let mut before = &self.corrections_before[..];
         for axis in 0..D {
             let (q, correction, a) = (&u[axis], &mut correction[axis], &acceleration[axis]);
@@ -139,6 +122,34 @@ impl<const D: usize> CutBodies<D> {
             }
         }
     }
+}
+
+/// The correction and the velocity of faces as if no body covered them.
+fn predict_open<const D: usize>(
+    grid: &Grid<D>,
+    u: &VectorField<D>,
+    (keep, in_cells, dt): (f64, f64, f64),
+    acceleration: &VectorField<D>,
+    correction: &mut VectorField<D>,
+    faces: &mut VectorField<D>,
+) {
+    simd(
+        #[inline(always)]
+        || {
+            for (axis, (correction, face)) in
+                correction.iter_mut().zip(faces.iter_mut()).enumerate()
+            {
+                for row in grid.face_rows(axis) {
+                    let mean = means(&u[axis], row.clone(), grid.stride[axis]);
+                    let to = correction[row.clone()].iter_mut().zip(face[row.clone()].iter_mut());
+                    for (i, ((m, f), a)) in to.zip(&acceleration[axis][row]).enumerate() {
+                        *m = mean(i) + keep * *m - in_cells * a;
+                        *f = *m + dt * a;
+                    }
+                }
+            }
+        },
+    )
 }
 
 /// The velocity of the fluid through the open part of a covered face.
