@@ -242,7 +242,7 @@ impl<const D: usize> Scene<D> {
             Err(failed) => Err(failed),
             Ok(projected) => {
                 self.set_sides(self.state.time, self.state.time)?;
-                let (all_cells, largest_speed) = self.energy_and_speed()?;
+                let diagnostics::Energies { all_cells, inside, largest_speed } = self.energies()?;
                 self.state.energy.drive += 0.5
                     * dt
                     * (power
@@ -252,7 +252,7 @@ impl<const D: usize> Scene<D> {
                     &mut self.state,
                     &self.motions,
                     &*self.method,
-                    all_cells,
+                    [all_cells, inside],
                 )?;
                 self.let_in();
                 self.domain.take_forces(&self.state.u, self.state.time);

@@ -115,13 +115,14 @@ pub fn reopen<const D: usize>(
 }
 
 /// Closes the budget of the last step, at whose start the bodies had the motions `before` and after
-/// which all cells have the `kinetic` energy (J). Collective.
+/// which all cells have the energy `all_cells` and what lies inside bodies `inside` (J, see
+/// [`inside`]). Collective.
 pub fn close<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
     before: &[Motion],
     method: &dyn Method<D>,
-    kinetic: f64,
+    [all_cells, inside]: [f64; 2],
 ) -> Result<()> {
     let (contacts, mut e) = (method.contacts(), s.energy);
     let worked = Work::of(domain, s, before, contacts);
@@ -129,7 +130,7 @@ pub fn close<const D: usize>(
     let walls = contacts.map_or(0.0, Contacts::wall_work);
     let slid = contacts.map_or(0.0, Contacts::slid);
     e.fluid = match method.mixture().density {
-        Coefficient::Uniform(rho) => kinetic - inside(domain, &s.u, method, rho)?,
+        Coefficient::Uniform(_) => all_cells - inside,
         Coefficient::Field(_) => of_fluid(domain, &s.u, method)?,
     };
     e.bodies = of_bodies(&s.bodies);
@@ -295,19 +296,16 @@ impl Work {
     }
 }
 
-/// Kinetic energy (J) of what lies inside the bodies, as cells have it, with a density (kg/m3).
-/// Collective.
-fn inside<const D: usize>(
+/// This rank's part of the kinetic energy (J) of what lies inside the bodies, as cells have it with
+/// the fluid's density.
+pub fn inside<const D: usize>(
     domain: &Domain<D>,
     u: &VectorField<D>,
     method: &dyn Method<D>,
-    density: f64,
-) -> Result<f64> {
+) -> f64 {
     let square = |o: &Overlap| o.fraction * u.iter().map(|u| u[o.cell] * u[o.cell]).sum::<f64>();
     let squares = method.overlaps().map(square).fold(0.0, std::ops::Add::add);
-    let mut sum = [0.5 * density * domain.grid.cell_volume() * squares];
-    domain.session.sum(&mut sum)?;
-    Ok(sum[0])
+    0.5 * domain.fluid.density * domain.grid.cell_volume() * squares
 }
 
 /// Kinetic energy of the fluid outside the bodies (J). Collective.
@@ -321,9 +319,10 @@ fn of_fluid<const D: usize>(
         u.iter().map(|u| total(row.len(), |i| u[row.start + i] * u[row.start + i])).sum::<f64>()
     };
     let squares = simd(|| domain.grid.rows().map(row_squares).sum::<f64>());
-    let mut sum = [0.5 * density * domain.grid.cell_volume() * squares];
-    domain.session.sum(&mut sum)?;
-    Ok(sum[0] - inside(domain, u, method, density)?)
+    let all_cells = 0.5 * density * domain.grid.cell_volume() * squares;
+    let mut sums = [all_cells, inside(domain, u, method)];
+    domain.session.sum(&mut sums)?;
+    Ok(sums[0] - sums[1])
 }
 
 /// This rank's part of `sum |grad u|^2 dV` over the fluid outside the bodies, by the faces of the

@@ -107,6 +107,28 @@ impl Session {
         self.reduce(values, (&raw mut ffi::ompi_mpi_op_max).cast())
     }
 
+    /// Sums some numbers over the ranks, and finds the largest of others, in place: in one meeting.
+    pub fn sum_and_max(&self, sums: &mut [f64], largest: &mut [f64]) -> Result<()> {
+        for v in largest.iter_mut().filter(|v| v.is_nan()) {
+            *v = f64::INFINITY;
+        }
+        if self.size() == 1 {
+            return Ok(());
+        }
+        let mine = [&*sums, &*largest].concat();
+        let mut all = vec![0.0; mine.len() * self.size()];
+        let counts = vec![mine.len() as i32; self.size()];
+        let starts: Vec<i32> = (0..self.size()).map(|rank| (rank * mine.len()) as i32).collect();
+        self.all_gather(&mine, &mut all, &counts, &starts)?;
+        sums.fill(0.0);
+        for one in all.chunks_exact(mine.len()) {
+            let (summed, compared) = one.split_at(sums.len());
+            sums.iter_mut().zip(summed).for_each(|(sum, n)| *sum += n);
+            largest.iter_mut().zip(compared).for_each(|(most, n)| *most = most.max(*n));
+        }
+        Ok(())
+    }
+
     fn reduce(&self, values: &mut [f64], op: ffi::MPI_Op) -> Result<()> {
         if self.size() == 1 || values.is_empty() {
             return Ok(());

@@ -3,7 +3,18 @@
 use super::Scene;
 use crate::error::NotFinite;
 use crate::grid::{Coefficient, largest, simd, total};
+use crate::method::energy;
 use crate::{Error, Result};
+
+/// Kinetic energy (J; per metre of depth in 2D) and speed of all ranks.
+pub(super) struct Energies {
+    /// Of all cells, what lies inside bodies with them.
+    pub all_cells: f64,
+    /// Of what lies inside bodies, where the density is one number.
+    pub inside: f64,
+    /// The largest speed of the fluid, of cells outside the bodies (m/s).
+    pub largest_speed: f64,
+}
 
 impl<const D: usize> Scene<D> {
     /// Kinetic energy of all cells, what lies inside bodies with them (J; per metre of depth in
@@ -12,18 +23,28 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When a velocity is not finite: names the cell or the particle.
     pub fn energy_and_speed(&mut self) -> Result<(f64, f64)> {
+        let Energies { all_cells, largest_speed, .. } = self.energies()?;
+        Ok((all_cells, largest_speed))
+    }
+
+    /// The same, with what of the energy lies inside bodies. Collective.
+    ///
+    /// # Errors
+    /// As [`Scene::energy_and_speed`].
+    pub(super) fn energies(&mut self) -> Result<Energies> {
+        let inside = energy::inside(&self.domain, &self.state.u, &*self.method);
         let within = self.take_inside();
         let (sum, most) = self.squares();
         let sum = sum + within;
         self.put_inside_back();
-        let (mut energy, mut fastest) = ([sum], [most]);
-        energy[0] *= 0.5 * self.domain.grid.cell_volume();
-        self.domain.session.sum(&mut energy)?;
-        self.domain.session.max(&mut fastest)?;
-        if !energy[0].is_finite() {
+        let mut sums = [sum * (0.5 * self.domain.grid.cell_volume()), inside];
+        let mut fastest = [most];
+        self.domain.session.sum_and_max(&mut sums, &mut fastest)?;
+        let [all_cells, inside] = sums;
+        if !all_cells.is_finite() {
             return Err(self.name_what_is_lost()?);
         }
-        Ok((energy[0], fastest[0].sqrt()))
+        Ok(Energies { all_cells, inside, largest_speed: fastest[0].sqrt() })
     }
 
     /// Sets the velocity of the cells inside the bodies to zero, keeps what it was, and returns the
