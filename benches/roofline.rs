@@ -21,10 +21,6 @@ const NUMBERS: usize = 8 << 20;
 /// Times that each pass is taken.
 const TIMES: usize = 7;
 
-/// Fields lie in huge pages, as those of the program.
-#[global_allocator]
-static MEMORY: mics::HugePages = mics::HugePages;
-
 /// The least seconds of several.
 fn seconds(mut pass: impl FnMut()) -> f64 {
     let once = |_| {

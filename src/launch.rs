@@ -112,41 +112,37 @@ pub const WATCHED: &str = "MICS_RANKS_WATCHED";
 /// What the first rank of several is told by those who start it: mpirun, and servers of srun.
 const OF_A_RANK: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"];
 
-/// Ranks that are to be started.
+/// What is to be done before a run begins.
 pub struct Launch {
-    /// How many, at least 2.
+    /// The ranks that are to be started; 1 where this process is to run the case.
     pub ranks: usize,
     /// The case's name.
     pub name: String,
+    /// Whether its fields are large: their memory is worth to be in huge pages.
+    pub large: bool,
 }
 
-/// How many ranks a case is to be started on; `None` where this process is to run it: one rank is
-/// enough, or nobody has said how many and this is a rank already or a solver has been chosen,
-/// whose ways on ranks are its own.
+/// How a case is to be started. This process runs it where one rank is enough, or where nobody has
+/// said how many and this is a rank already or a solver has been chosen, whose ways on ranks are
+/// its own.
 ///
 /// # Errors
 /// When the case is wrong, or this is a rank already and more are asked for.
-pub fn plan(
-    ranks: Option<Ranks>,
-    case: &Path,
-    set: &[String],
-    options: bool,
-) -> Result<Option<Launch>> {
+pub fn plan(ranks: Option<Ranks>, case: &Path, set: &[String], options: bool) -> Result<Launch> {
     let is_rank = OF_A_RANK.iter().any(|name| env::var_os(name).is_some());
     if is_rank && ranks.is_some() {
         return Err(Error::Usage(
             "--ranks starts mpirun by itself: leave one of the two away".into(),
         ));
     }
-    if is_rank || ranks == Some(Ranks::Count(1)) {
-        return Ok(None);
-    }
     let case = read_case(case, set)?.case;
+    let work = Work::of(&case);
     let ranks = match ranks {
-        Some(ranks) => ranks.count(Work::of(&case), cores()),
+        _ if is_rank => 1,
+        Some(ranks) => ranks.count(work, cores()),
         None => usual(&case, options),
     };
-    Ok((ranks > 1).then_some(Launch { ranks, name: case.name }))
+    Ok(Launch { ranks, name: case.name, large: work.work >= WORK_A_RANK })
 }
 
 /// How many ranks a case has where nobody has said so, with or without PETSc's options on the

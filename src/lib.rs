@@ -134,4 +134,3 @@ pub mod validate;
 
 pub use mics_run::{Error, Result, config, error, interrupt};
 use mics_run::{drag, words};
-pub use petsc_sys::HugePages;

@@ -17,10 +17,6 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Fields lie in huge pages, where the system has them.
-#[global_allocator]
-static MEMORY: mics::HugePages = mics::HugePages;
-
 /// The git commit that the program was built from.
 const COMMIT: &str = env!("MICS_GIT_COMMIT");
 

@@ -1,5 +1,6 @@
-//! A run on several ranks without a word of MPI: this very command once more under mpirun, and this
-//! process beside it, which draws the bar and hands on what asks the run to end.
+//! A run on several ranks without a word of MPI, or on one with its memory in huge pages: this very
+//! command once more. Of several ranks that is under mpirun, and this process stays beside it,
+//! which draws the bar and hands on what asks the run to end.
 
 use mics::launch::{self, Ranks};
 use mics::output::watch::Glance;
@@ -72,30 +73,51 @@ pub struct Choice<'a> {
 }
 
 /// Runs this very command on the ranks of its case, and returns their exit status; `None` where
-/// this process is to run it.
+/// this process is to run it, and has its fields in huge pages if they are large.
 ///
 /// # Errors
 /// When the case is wrong, this is a rank already, mpirun cannot be started, or a rank is killed.
 pub fn run(choice: &Choice) -> Result<Option<u8>> {
-    let Some(launched) = launch::plan(choice.ranks, choice.case, choice.set, choice.options)?
-    else {
-        return Ok(None);
-    };
+    let launch = launch::plan(choice.ranks, choice.case, choice.set, choice.options)?;
+    let tunables = huge_pages(env::var("GLIBC_TUNABLES").ok()).filter(|_| launch.large);
     let program = env::current_exe().map_err(Error::io("this program"))?;
-    let mut mpirun = Mpirun::new(launched.ranks)?;
-    let folder = choice.out.map_or_else(|| Path::new("runs").join(&launched.name), Path::to_owned);
+    let words = env::args_os().skip(1);
+    if launch.ranks == 1 {
+        if let Some(tunables) = tunables {
+            // What comes back is a failure, and then the pages are small ones.
+            let name = env::args_os().next().unwrap_or_default();
+            let mut again = Command::new(program);
+            let _ = again.arg0(name).args(words).env("GLIBC_TUNABLES", tunables).exec();
+        }
+        return Ok(None);
+    }
+    let mut mpirun = Mpirun::new(launch.ranks)?;
+    let folder = choice.out.map_or_else(|| Path::new("runs").join(&launch.name), Path::to_owned);
     let glance = if choice.shown { Glance::at(&folder) } else { None };
     if glance.is_some() {
         mpirun.command.env(launch::WATCHED, "1");
     }
-    mpirun.command.arg(program).args(without_ranks(
-        env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()),
-    ));
+    mpirun.command.envs(tunables.map(|tunables| ("GLIBC_TUNABLES", tunables)));
+    let words = without_ranks(words.map(|word| word.to_string_lossy().into_owned()));
+    mpirun.command.arg(program).args(words);
     match wait(&mut mpirun.command, glance) {
         // Nobody has asked for ranks: one does without.
         Err(e) if e.kind() == io::ErrorKind::NotFound && choice.ranks.is_none() => Ok(None),
         Err(e) => Err(Error::io("mpirun, of Debian's openmpi-bin")(e)),
         Ok((status, asked)) => status_of(status, asked).map(Some),
+    }
+}
+
+/// What the C library is told (`GLIBC_TUNABLES`) to ask for huge pages for its memory, beside what
+/// it is told `already`; `None` where that has it. A row of a 3D field is on a page of 4 kB of its
+/// own, and to look up where pages are takes a part of the time: -13 to -15 % of a step of crowd
+/// and settling-sphere. Only a program that begins is told.
+fn huge_pages(already: Option<String>) -> Option<String> {
+    const HUGE: &str = "glibc.malloc.hugetlb";
+    match already {
+        Some(already) if already.contains(HUGE) => None,
+        Some(already) if !already.is_empty() => Some(format!("{already}:{HUGE}=1")),
+        _ => Some(format!("{HUGE}=1")),
     }
 }
 
@@ -165,6 +187,16 @@ mod tests {
         assert_eq!(left("run --ranks 2 a.toml --quiet"), "run a.toml --quiet");
         assert_eq!(left("run a.toml --ranks=auto -- -ksp_type cg"), "run a.toml -- -ksp_type cg");
         assert_eq!(left("run a.toml --ranks 2 -- --ranks 3"), "run a.toml -- --ranks 3");
+    }
+
+    #[test]
+    fn huge_pages_are_asked_for_once_and_beside_other_tunables() {
+        let asked = |already: &str| huge_pages(Some(already.into()));
+        assert_eq!(huge_pages(None).as_deref(), Some("glibc.malloc.hugetlb=1"));
+        assert_eq!(asked("a.b=1").as_deref(), Some("a.b=1:glibc.malloc.hugetlb=1"));
+        assert!(
+            ["glibc.malloc.hugetlb=0", "a.b=1:glibc.malloc.hugetlb=1"].map(asked) == [None, None]
+        );
     }
 
     #[test]
