@@ -220,6 +220,7 @@ fn act(command: Command) -> Result<u8> {
             return run_case(scene, out, (force, resume, quiet), ranks);
         }
         Command::Check { scene, quiet } => {
+            ranks::check(&scene.case, &scene.set)?;
             check::check(&scene.case, &scene.set, &scene.petsc, quiet)
         }
         Command::Study(request) => study::study(&request),

@@ -2,7 +2,7 @@
 //! command once more. Of several ranks that is under mpirun, and this process stays beside it,
 //! which draws the bar and hands on what asks the run to end.
 
-use mics::launch::{self, Ranks};
+use mics::launch::{self, Launch, Ranks};
 use mics::output::watch::Glance;
 use mics::{Error, Result};
 use rustix::process::{Pid, Signal, kill_process};
@@ -79,18 +79,13 @@ pub struct Choice<'a> {
 /// When the case is wrong, this is a rank already, mpirun cannot be started, or a rank is killed.
 pub fn run(choice: &Choice) -> Result<Option<u8>> {
     let launch = launch::plan(choice.ranks, choice.case, choice.set, choice.options)?;
+    if launch.ranks == 1 {
+        begin_again(&launch)?;
+        return Ok(None);
+    }
     let tunables = huge_pages(env::var("GLIBC_TUNABLES").ok()).filter(|_| launch.large);
     let program = env::current_exe().map_err(Error::io("this program"))?;
     let words = env::args_os().skip(1);
-    if launch.ranks == 1 {
-        if let Some(tunables) = tunables {
-            // What comes back is a failure, and then the pages are small ones.
-            let name = env::args_os().next().unwrap_or_default();
-            let mut again = Command::new(program);
-            let _ = again.arg0(name).args(words).env("GLIBC_TUNABLES", tunables).exec();
-        }
-        return Ok(None);
-    }
     let mut mpirun = Mpirun::new(launch.ranks)?;
     let folder = choice.out.map_or_else(|| Path::new("runs").join(&launch.name), Path::to_owned);
     let glance = if choice.shown { Glance::at(&folder) } else { None };
@@ -106,6 +101,28 @@ pub fn run(choice: &Choice) -> Result<Option<u8>> {
         Err(e) => Err(Error::io("mpirun, of Debian's openmpi-bin")(e)),
         Ok((status, asked)) => status_of(status, asked).map(Some),
     }
+}
+
+/// Lets this process check a case as a run of it has its memory: in huge pages if its fields are
+/// large.
+///
+/// # Errors
+/// When the case is wrong.
+pub fn check(case: &Path, set: &[String]) -> Result<()> {
+    begin_again(&launch::plan(None, case, set, true)?)
+}
+
+/// Begins this very command once more with its memory in huge pages, if the fields are large and it
+/// has not yet; what comes back is a failure, and then the pages are small ones.
+fn begin_again(launch: &Launch) -> Result<()> {
+    let tunables = huge_pages(env::var("GLIBC_TUNABLES").ok()).filter(|_| launch.large);
+    if let Some(tunables) = tunables {
+        let mut words = env::args_os();
+        let name = words.next().unwrap_or_default();
+        let mut again = Command::new(env::current_exe().map_err(Error::io("this program"))?);
+        let _ = again.arg0(name).args(words).env("GLIBC_TUNABLES", tunables).exec();
+    }
+    Ok(())
 }
 
 /// What the C library is told (`GLIBC_TUNABLES`) to ask for huge pages for its memory, beside what
