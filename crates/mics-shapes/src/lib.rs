@@ -1,0 +1,80 @@
+//! Shapes of bodies that are not round, in their own axes: pure geometry, which the case file, the
+//! solver and the figures share.
+//!
+//! ```text
+//!        ,-----.        own axes, the centre of volume at the origin
+//!      ,'   |   `.      distance and normal   of the nearest point of the surface
+//!     |     o--  |      volume, inertia       of unit density
+//!      `.       ,'      parts                 convex, for contacts ([`Part`])
+//!        `-----'        outline               for figures
+//! ```
+//! A shape of two dimensions lies in the plane z = 0 and is the section of a cylinder of unit
+//! depth.
+
+mod part;
+
+pub use part::{Core, Face, Part, Polytope};
+
+use nalgebra::{Matrix3, Vector3};
+
+/// The point of a surface that is nearest to another point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Signed distance from the surface (m), negative inside.
+    pub distance: f64,
+    /// Outward normal there, of length 1.
+    pub normal: Vector3<f64>,
+}
+
+/// A part of a surface about a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// The point, in own axes (m).
+    pub place: Vector3<f64>,
+    /// Outward normal there, of length 1.
+    pub normal: Vector3<f64>,
+    /// Area (m2; m per metre of depth in 2D).
+    pub area: f64,
+}
+
+/// A solid in its own axes, its centre of volume at the origin.
+pub trait Geometry: std::fmt::Debug + Send + Sync {
+    /// 2 or 3.
+    fn dimension(&self) -> usize;
+
+    /// Radius of the sphere about the origin that holds all of it (m).
+    fn radius(&self) -> f64;
+
+    /// Volume (m3; m2 in 2D).
+    fn volume(&self) -> f64;
+
+    /// Moments of inertia about the origin of a body of unit density (m5; m4 in 2D, about z).
+    fn inertia(&self) -> Matrix3<f64>;
+
+    /// Width of its thinnest part (m): what a grid has to resolve.
+    fn thickness(&self) -> f64;
+
+    /// The nearest point of its surface; any of them where there are several.
+    fn nearest(&self, point: &Vector3<f64>) -> Nearest;
+
+    /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their
+    /// areas sum to the surface's.
+    fn surface(&self, spacing: f64) -> Vec<Patch>;
+
+    /// How far it reaches from the origin in the direction `n`, of length 1 (m): the largest `x.n`
+    /// of its points.
+    fn extent(&self, n: &Vector3<f64>) -> f64;
+
+    /// Volume that it fills of the parallelepiped with its centre at `middle` (m) and the half
+    /// edges `half` (m; own axes, the third zero in 2D), which are normal to each other, and the
+    /// integral of the place over that (m4; m3).
+    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>);
+
+    /// Its convex parts; their union is the solid, as contacts see it.
+    fn parts(&self) -> &[Part];
+
+    /// Its surface by triangles, corners counterclockwise seen from outside (m), about `spacing`
+    /// (m) wide where it is curved; in 2D the outline by segments, whose third corner repeats the
+    /// second.
+    fn triangles(&self, spacing: f64) -> Vec<[Vector3<f64>; 3]>;
+}
