@@ -12,6 +12,7 @@ use mics::petsc::Session;
 use mics::poisson::ModeFace;
 use mics::poisson::pressure::Coupled;
 use mics::scene::Scene;
+use mics::sharing::Sharing;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use std::time::{Duration, Instant};
@@ -208,7 +209,11 @@ impl<const D: usize> Bench<D> {
         let (p, faces) = (&mut scene.state.p, &mut scene.state.faces);
         let free = matches!(self.coefficients, Coefficients::Free(_));
         if free {
-            scene.domain.projection.set_modes(&self.weights, &self.covered, &[]).expect("set");
+            scene
+                .domain
+                .projection
+                .set_modes(&self.weights, &self.covered, &[], &Sharing::default())
+                .expect("set");
         }
         let mut bodies = Bodies { weights: &self.weights, covered: &self.covered, faces };
         let coupled: &mut dyn Coupled<D> = if free { &mut bodies } else { bodies.faces };

@@ -126,6 +126,7 @@ pub(crate) mod reach;
 pub mod run;
 pub mod scene;
 pub mod scheme;
+pub mod sharing;
 pub mod state;
 pub mod step_size;
 pub(crate) mod sums;

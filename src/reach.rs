@@ -4,6 +4,7 @@
 use crate::geometry::{Block, images};
 use crate::grid::Grid;
 use crate::particles::Body;
+use crate::sharing::Sharing;
 use nalgebra::Vector3;
 use std::ops::Range;
 
@@ -14,10 +15,10 @@ pub struct Reach {
     rank: u32,
     /// Those that reach this rank, ascending.
     here: Vec<u32>,
-    /// Those of them that reach other ranks, by rank, with that.
+    /// Those of them that reach other ranks.
+    sharing: Sharing,
+    /// Scratch: these with each rank that they reach.
     shared: Vec<(u32, u32)>,
-    /// Where each shared body comes first.
-    first: Vec<u32>,
     /// Per body, its owner.
     owner: Vec<u32>,
     /// All bodies by their owners, and where each owner's begin.
@@ -31,8 +32,9 @@ impl Reach {
         let all: Vec<u32> = (0..bodies as u32).collect();
         let begin = (0..=ranks).map(|r| if r > rank { bodies as u32 } else { 0 }).collect();
         let owner = vec![rank as u32; bodies];
-        let (shared, first, rank) = (Vec::new(), Vec::new(), rank as u32);
-        Reach { rank, here: all.clone(), shared, first, owner, by_owner: all, begin }
+        let (sharing, shared) = (Sharing::new(rank), Vec::new());
+        let (rank, here) = (rank as u32, all.clone());
+        Reach { rank, here, sharing, shared, owner, by_owner: all, begin }
     }
 
     /// Finds it anew for bodies of which `extent` gives how far from its centre, along each axis, a
@@ -61,7 +63,7 @@ impl Reach {
     /// `ranks_of` gives the owner of a body, and calls what it gets with each rank that the body
     /// reaches.
     fn take(&mut self, mut ranks_of: impl FnMut(usize, &mut dyn FnMut(usize)) -> usize) {
-        let Reach { rank, here, shared, first, owner, by_owner, begin } = self;
+        let Reach { rank, here, sharing, shared, owner, by_owner, begin } = self;
         here.clear();
         shared.clear();
         begin.fill(0);
@@ -81,7 +83,7 @@ impl Reach {
             }
             begin[*owner as usize + 1] += 1;
         }
-        shared.sort_unstable();
+        sharing.set(shared.iter().copied());
         for r in 1..begin.len() {
             begin[r] += begin[r - 1];
         }
@@ -93,10 +95,6 @@ impl Reach {
         // Filling has moved each beginning to its end.
         begin.rotate_right(1);
         begin[0] = 0;
-        first.clear();
-        first.extend(0..shared.len() as u32);
-        first.sort_unstable_by_key(|place| (shared[*place as usize].1, *place));
-        first.dedup_by_key(|place| shared[*place as usize].1);
     }
 
     /// How many bodies there are on all ranks.
@@ -109,21 +107,9 @@ impl Reach {
         self.here.iter().map(|k| *k as usize)
     }
 
-    /// The bodies that this rank shares, with each other rank that they reach: by rank, then by
-    /// body.
-    pub(crate) fn shared(&self) -> &[(u32, u32)] {
-        &self.shared
-    }
-
-    /// The other ranks among these, and how many bodies are shared with each.
-    pub(crate) fn partners(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let partners = self.shared.chunk_by(|a, b| a.0 == b.0);
-        partners.map(|shared| (shared[0].0 as usize, shared.len()))
-    }
-
-    /// Places in [`Reach::shared`], one of each body.
-    pub(crate) fn own_parts(&self) -> impl Iterator<Item = usize> + '_ {
-        self.first.iter().map(|place| *place as usize)
+    /// The bodies that this rank shares with others.
+    pub fn sharing(&self) -> &Sharing {
+        &self.sharing
     }
 
     /// The bodies that a rank owns, ascending.
@@ -153,9 +139,7 @@ mod tests {
             bodies[k][0]
         });
         assert_eq!(reach.here().collect::<Vec<_>>(), [0, 2, 3]);
-        assert_eq!(reach.shared(), [(0, 0), (0, 2), (2, 2)]);
-        assert_eq!(reach.partners().collect::<Vec<_>>(), [(0, 2), (2, 1)]);
-        assert_eq!(reach.own_parts().collect::<Vec<_>>(), [0, 1]);
+        assert_eq!(reach.sharing().pairs(), [(0, 0), (0, 2), (2, 2)]);
         let owned = |rank| reach.owned_by(rank).collect::<Vec<_>>();
         assert_eq!([owned(0), owned(1), owned(2)], [vec![0], vec![3], vec![1, 2]]);
         assert!(reach.owns(3) && !reach.owns(2));

@@ -1,18 +1,13 @@
 //! Sums over the ranks of what each has of every body: a struct with names for its numbers, not a
 //! row of them by position.
 //!
-//! ```text
-//!              rank 0          rank 1
-//!           |   ( 3 )        |           |     body 3 reaches rank 0 alone: no message
-//!           |              ( 5 )         |     body 5 reaches both: each sends the other its part,
-//!           |                |           |     and both add the parts in the order of the ranks
-//! ```
 //! [`Reach`] says which bodies reach which ranks. Who needs the sums of all bodies on all ranks
 //! gets them from the owners, the ranks of the bodies' centres.
 
 use crate::Result;
 use crate::petsc::Session;
 use crate::reach::Reach;
+use crate::sharing;
 use nalgebra::Vector3;
 
 /// Numbers that ranks sum.
@@ -36,9 +31,7 @@ pub struct BodySums<T> {
 /// Scratch of the messages, one for all sums.
 #[derive(Debug, Default)]
 pub struct Messages {
-    partners: Vec<(usize, usize)>,
-    mine: Vec<f64>,
-    theirs: Vec<f64>,
+    shared: sharing::Messages,
     counts: Vec<i32>,
     starts: Vec<i32>,
 }
@@ -62,9 +55,10 @@ impl<T: Summed + Clone + Default> BodySums<T> {
         own: impl FnMut(usize) -> T,
     ) -> Result<&mut [T]> {
         self.take(reach, own);
-        if session.size() > 1 {
-            self.add_parts(session, reach, messages)?;
-        }
+        let values = &mut self.values;
+        reach.sharing().sum(session, &mut messages.shared, width::<T>(), |k, take| {
+            values[k].each(take);
+        })?;
         Ok(&mut self.values)
     }
 
@@ -106,41 +100,6 @@ impl<T: Summed + Clone + Default> BodySums<T> {
         }
     }
 
-    /// Adds the parts of the other ranks, in the order of the ranks.
-    fn add_parts(
-        &mut self,
-        session: &Session,
-        reach: &Reach,
-        messages: &mut Messages,
-    ) -> Result<()> {
-        let values = &mut self.values;
-        let Messages { partners, mine, theirs, .. } = messages;
-        let width = width::<T>();
-        mine.clear();
-        for &(_, k) in reach.shared() {
-            values[k as usize].each(&mut |part| mine.extend_from_slice(part));
-        }
-        theirs.clear();
-        theirs.resize(mine.len(), 0.0);
-        partners.clear();
-        partners.extend(reach.partners().map(|(rank, count)| (rank, width * count)));
-        swap_parts(session, partners, mine, theirs)?;
-        for &(_, k) in reach.shared() {
-            values[k as usize].each(&mut |part| part.fill(0.0));
-        }
-        let me = session.rank();
-        let before = reach.shared().partition_point(|(rank, _)| (*rank as usize) < me);
-        let mut add = |place: usize, numbers: &[f64]| {
-            let mut numbers = numbers[width * place..].iter();
-            values[reach.shared()[place].1 as usize]
-                .each(&mut |part| part.iter_mut().zip(&mut numbers).for_each(|(n, m)| *n += m));
-        };
-        (0..before).for_each(|place| add(place, theirs));
-        reach.own_parts().for_each(|place| add(place, mine));
-        (before..reach.shared().len()).for_each(|place| add(place, theirs));
-        Ok(())
-    }
-
     /// Gives all ranks the owners' values.
     fn hand_out(
         &mut self,
@@ -149,7 +108,8 @@ impl<T: Summed + Clone + Default> BodySums<T> {
         messages: &mut Messages,
     ) -> Result<&mut [T]> {
         let values = &mut self.values;
-        let Messages { mine, theirs, counts, starts, .. } = messages;
+        let Messages { shared, counts, starts } = messages;
+        let (mine, theirs) = shared.buffers();
         if session.size() > 1 {
             let width = width::<T>();
             mine.clear();
@@ -175,30 +135,6 @@ impl<T: Summed + Clone + Default> BodySums<T> {
         }
         Ok(values)
     }
-}
-
-/// Swaps numbers with other ranks: to and from each of the `partners`, by rank, as many as said,
-/// one partner's after the other's in `mine` and in `theirs`.
-fn swap_parts(
-    session: &Session,
-    partners: &[(usize, usize)],
-    mine: &[f64],
-    theirs: &mut [f64],
-) -> Result<()> {
-    let (me, ranks) = (session.rank(), session.size());
-    let part = |rank: usize| {
-        let place = partners.iter().position(|(partner, _)| *partner == rank)?;
-        let begin: usize = partners[..place].iter().map(|(_, count)| count).sum();
-        Some((rank, begin..begin + partners[place].1))
-    };
-    // In rounds in which each rank sends so many ranks up: no two wait for each other.
-    for way in 1..ranks {
-        let (to, out) = part((me + way) % ranks).map_or((None, 0..0), |(to, out)| (Some(to), out));
-        let (from, into) = part((me + ranks - way) % ranks)
-            .map_or((None, 0..0), |(from, into)| (Some(from), into));
-        session.swap(&mine[out], to, &mut theirs[into], from)?;
-    }
-    Ok(())
 }
 
 fn set((to, from): (&mut f64, &f64)) {

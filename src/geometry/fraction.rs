@@ -6,6 +6,7 @@ use super::block::{Block, images};
 use super::{Placed, Tiles};
 use crate::grid::Grid;
 use nalgebra::Vector3;
+use std::f64::consts::PI;
 
 /// A cell that a particle touches.
 #[derive(Clone, Debug)]
@@ -133,6 +134,20 @@ fn half<const D: usize>(grid: &Grid<D>) -> Vector3<f64> {
 
 /// Cells that a particle of `radius` (m) may touch, for reserving room once.
 pub fn most_cells<const D: usize>(grid: &Grid<D>, radius: f64) -> usize {
+    cells_within(grid, radius, (D as f64).sqrt())
+}
+
+/// Cells that may have their middle within a `radius` (m), for reserving room once.
+pub fn most_middles<const D: usize>(grid: &Grid<D>, radius: f64) -> usize {
+    cells_within(grid, radius, 0.5 * (D as f64).sqrt())
+}
+
+/// As many as have the volume of a ball that is wider by so many spacings, and no more than its
+/// box has.
+fn cells_within<const D: usize>(grid: &Grid<D>, radius: f64, wider: f64) -> usize {
     // A body nearly as long as a period meets its first cells again at its other end.
-    (0..D).map(|a| ((2.0 * radius / grid.h[a]) as usize + 2).min(grid.cells[a] + 2)).product()
+    let most = |a: usize| ((2.0 * radius / grid.h[a]) as usize + 2).min(grid.cells[a] + 2);
+    let unit = if D == 2 { PI } else { 4.0 / 3.0 * PI };
+    let ball = (0..D).fold(unit, |volume, a| volume * (radius / grid.h[a] + wider));
+    (0..D).map(most).product::<usize>().min(ball.ceil() as usize)
 }

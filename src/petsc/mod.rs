@@ -28,7 +28,7 @@ pub use halo::Halo;
 pub use history::{Attempt, History};
 pub use layout::Layout;
 pub use operator::{Ended, Goal, Operator, OwnPreconditioner};
-pub use ranks::{Number, Traffic};
+pub use ranks::{Exchange, Number, Traffic};
 pub use session::Session;
 pub use solver::{LinearSolver, Solved};
 pub use stage::{LogStage, Logged};

@@ -92,6 +92,12 @@ impl Number for f64 {
     }
 }
 
+/// Scratch of an exchange with several ranks at once.
+#[derive(Debug, Default)]
+pub struct Exchange {
+    requests: Vec<ffi::MPI_Request>,
+}
+
 impl Session {
     /// Sums each number over the ranks, in place.
     pub fn sum(&self, values: &mut [f64]) -> Result<()> {
@@ -177,6 +183,47 @@ impl Session {
             let none = ptr::null_mut();
             ffi::MPI_Sendrecv(out, n, number, to, tag, into, room, number, from, tag, comm, none)
         })
+    }
+
+    /// Swaps numbers with other ranks, all at once: to and from each of the `partners`, by rank, as
+    /// many as said, one partner's after the other's in `send` and in `receive`. The partners make
+    /// the same call.
+    pub(crate) fn exchange(
+        &self,
+        partners: impl Iterator<Item = (usize, usize)> + Clone,
+        send: &[f64],
+        receive: &mut [f64],
+        Exchange { requests }: &mut Exchange,
+    ) -> Result<()> {
+        let total = partners.clone().map(|(_, count)| count).sum::<usize>();
+        if total > send.len() || total > receive.len() {
+            return Err(Error::Run("an exchange does not fit its buffers".into()));
+        }
+        requests.clear();
+        let (double, comm) = (f64::datatype(), self.comm());
+        let mut begin = 0;
+        for (rank, count) in partners {
+            let (out, into) = (&send[begin..][..count], &mut receive[begin..][..count]);
+            begin += count;
+            self.tell(Traffic::message(size_of_val(out)));
+            let (rank, n) = (rank as c_int, count as c_int);
+            for _ in 0..2 {
+                requests.push(ptr::null_mut());
+            }
+            let [.., receives, sends] = &mut requests[..] else { continue };
+            // SAFETY: both parts hold as many numbers as said, and are left alone until all
+            // requests have ended below; messages between two ranks keep their order.
+            unsafe {
+                let into = into.as_mut_ptr().cast();
+                check("MPI_Irecv", ffi::MPI_Irecv(into, n, double, rank, 0, comm, receives))?;
+                let out = out.as_ptr().cast();
+                check("MPI_Isend", ffi::MPI_Isend(out, n, double, rank, 0, comm, sends))?;
+            }
+        }
+        let n = requests.len() as c_int;
+        // SAFETY: the requests are those just made; no statuses are asked for (null, OpenMPI's
+        // MPI_STATUSES_IGNORE).
+        check("MPI_Waitall", unsafe { ffi::MPI_Waitall(n, requests.as_mut_ptr(), ptr::null_mut()) })
     }
 
     /// Gathers every rank's numbers on all ranks: `counts` of them from `starts` on in `all`, by

@@ -20,8 +20,8 @@ mod surface;
 
 use super::lattice::Lattice;
 use super::system::{Factor, Origin};
-use super::whole::Whole;
 use crate::petsc::Session;
+use crate::sharing::Sharing;
 use crate::{Error, Result};
 use by_row::ByRow;
 use shared::Shared;
@@ -61,8 +61,6 @@ pub(super) struct Bodies {
     volumes: Vec<f64>,
     /// Cells across the largest of them, as far as is known.
     across: f64,
-    /// The groups that have faces here.
-    here: Vec<u32>,
     shared: Shared,
     sums: Vec<f64>,
     /// The finest level's cells as products take them.
@@ -97,18 +95,17 @@ impl Frame {
 }
 
 impl Bodies {
-    pub fn new(session: &Session, whole: &Whole, inverse_h: [f64; 3]) -> Bodies {
+    pub fn new(session: &Session, axes: usize, inverse_h: [f64; 3]) -> Bodies {
         Bodies {
             session: session.clone(),
-            axes: whole.axes,
+            axes,
             weights: Vec::new(),
             owner: Vec::new(),
             inverse_h,
             layers: vec![SurfaceCells::default()],
             volumes: Vec::new(),
             across: 0.0,
-            here: Vec::new(),
-            shared: Shared::new(session, whole),
+            shared: Shared::new(session),
             rows: ByRow::default(),
             lightest: 0.0,
             sums: Vec::new(),
@@ -119,11 +116,11 @@ impl Bodies {
     /// See [`super::Poisson::set_modes`]; `scale` multiplies the weights.
     pub fn set(
         &mut self,
-        lattice: &Lattice,
-        frame: &Frame,
+        (lattice, frame): (&Lattice, &Frame),
         weights: &[f64],
         covered: &[ModeFace],
         turning: &[u32],
+        sharing: &Sharing,
         scale: f64,
     ) -> Result<()> {
         let groups = weights.len() / self.axes;
@@ -144,7 +141,7 @@ impl Bodies {
         let covered = if unsound { &[] } else { covered };
         let strays = self.take_faces(lattice, frame, covered, bodies);
         self.rows.sort(&self.layers[0], lattice.n[0], lattice.n[1] * lattice.n[2]);
-        self.shared.find(&self.here)?;
+        self.shared.set(sharing, bodies, turning);
         self.shared.sum(3, &mut self.volumes)?;
         self.agree(unsound, strays)
     }
@@ -172,11 +169,9 @@ impl Bodies {
         Ok(())
     }
 
-    /// Takes the largest number of cells that a body spans along each axis, infinite where that is
-    /// not known; the same on every rank.
-    pub fn set_reach(&mut self, cells: [f64; 3]) {
-        self.shared.set_reach(cells);
-        self.across = cells.into_iter().filter(|c| c.is_finite()).fold(0.0, f64::max);
+    /// Takes how many cells the largest body spans.
+    pub fn set_across(&mut self, cells: f64) {
+        self.across = cells;
     }
 
     /// Whether these numbers are no modes.
@@ -212,7 +207,6 @@ impl Bodies {
         bodies: usize,
     ) -> bool {
         let axes = self.axes;
-        self.here.clear();
         let finest = &mut self.layers[0];
         finest.clear(lattice);
         // Bodies that move cut now more cells, now fewer.
@@ -246,9 +240,6 @@ impl Bodies {
                 }
             }
             finest.collect(lattice, &self.inverse_h, first);
-            if finest.faces.len() > first {
-                self.here.push(group as u32);
-            }
         }
         !rest.is_empty()
     }

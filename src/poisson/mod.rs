@@ -36,6 +36,7 @@ pub use system::{Factor, Origin, OwnSolve, System};
 
 use crate::grid::{Boundaries, BoundaryKind, Grid, largest, simd};
 use crate::petsc::{Ended, Goal, Halo, Layout, Operator, OwnPreconditioner, Session};
+use crate::sharing::Sharing;
 use crate::{Error, Result};
 use bodies::{Bodies, Frame};
 use coefficient::Coefficient;
@@ -117,7 +118,7 @@ impl Poisson {
             x: Vec::new(),
             bodies: Bodies::new(
                 session,
-                &whole,
+                whole.axes,
                 std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
             ),
             held: HeldMean::default(),
@@ -137,18 +138,19 @@ impl Poisson {
         })
     }
 
-    /// Takes the largest extent of a free body (m): a rank looks for bodies that it shares as far
-    /// away, among all ranks until this is told. The same on every rank.
+    /// Takes the largest extent of a free body (m), which says on which levels of the multigrid
+    /// bodies take part. The same on every rank.
     pub fn set_extent(&mut self, across: f64) {
         // A face's cells on both sides, and a body between two faces.
-        let cells = |a: usize| across * self.inverse_h2[a].sqrt() + 3.0;
-        self.bodies.set_reach(std::array::from_fn(cells));
+        let cells = |h2: &f64| across * h2.sqrt() + 3.0;
+        self.bodies.set_across(self.inverse_h2.iter().map(cells).fold(0.0, f64::max));
     }
 
     /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the
     /// weights (m3/kg) are the same on every rank, and as many for each body as there are axes,
     /// then as many for each of the bodies that are `turning`. `covered` are the faces of this
-    /// rank's cells that each body covers, body by body, and then again of those that turn.
+    /// rank's cells that each body covers, body by body, and then again of those that turn;
+    /// `sharing` lists the bodies that may have faces on several ranks.
     /// Allocates only to grow. Collective.
     ///
     /// # Errors
@@ -159,12 +161,13 @@ impl Poisson {
         weights: &[f64],
         covered: &[ModeFace],
         turning: &[u32],
+        sharing: &Sharing,
     ) -> Result<()> {
         if let Some(made) = &mut self.multigrid {
             made.valid = false;
         }
         let scale = 1.0 / (self.narrowest * self.narrowest);
-        self.bodies.set(&self.lattice, &self.frame, weights, covered, turning, scale)
+        self.bodies.set((&self.lattice, &self.frame), weights, covered, turning, sharing, scale)
     }
 
     /// Adds `weight j j^T` to the operator, in place of what the last call added: what the drive

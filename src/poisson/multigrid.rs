@@ -164,7 +164,7 @@ impl Multigrid {
                     ..tuning
                 };
                 let (merge, merged) = Merge::new(session, &whole);
-                let bodies = Bodies::new(session, &whole, [0.0; 3]);
+                let bodies = Bodies::new(session, whole.axes, [0.0; 3]);
                 let inner =
                     merged.map(|merged| Multigrid::new_from(session, merged, singular, left, 0));
                 break Bottom::Merged(Box::new(Merged { merge, inner, bodies }));

@@ -22,6 +22,7 @@ use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
 use crate::kernels::faces::{self, FaceCoefficient};
 use crate::petsc::{Choice, Layout, LinearSolver, LogStage, Session, Solved};
+use crate::sharing::Sharing;
 use crate::{Error, Result};
 use std::cell::{RefCell, RefMut};
 use std::rc::Rc;
@@ -175,10 +176,11 @@ impl Projection {
         weights: &[f64],
         covered: &[ModeFace],
         turning: &[u32],
+        sharing: &Sharing,
     ) -> Result<()> {
         let _logged = self.session.log(LogStage::Assembly)?;
         self.solver.refuse_without_low_rank()?;
-        borrow(&self.operator)?.set_modes(weights, covered, turning)
+        borrow(&self.operator)?.set_modes(weights, covered, turning, sharing)
     }
 
     /// Takes the largest extent (m) of a body that follows the pressure ([`Poisson::set_extent`]);

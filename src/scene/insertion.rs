@@ -7,6 +7,7 @@ use crate::geometry::{Block, images};
 use crate::grid::BoundaryKind;
 use crate::method::energy;
 use crate::particles::{Body, Motion, nearest_image};
+use crate::sharing::Sharing;
 use crate::state::{BodyHistory, Exchange, Support};
 use crate::{Error, Result};
 use nalgebra::Vector3;
@@ -194,7 +195,7 @@ impl<const D: usize> Scene<D> {
         let clock = self.domain.clock.clone();
         self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
         // A method without free bodies would keep the modes of those that have left.
-        self.domain.projection.set_modes(&[], &[], &[])?;
+        self.domain.projection.set_modes(&[], &[], &[], &Sharing::default())?;
         self.resume()?;
         self.domain.clock = clock;
         self.method.mix_in(&mut self.domain, &mut self.state, new)?;

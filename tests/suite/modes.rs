@@ -8,6 +8,7 @@ use mics::grid::{Boundaries, BoundaryKind, GHOSTS, Grid};
 use mics::kernels::faces::FaceCoefficient;
 use mics::petsc::{Choice, Layout, LinearSolver, Session};
 use mics::poisson::{ModeFace, Poisson, Rows};
+use mics::sharing::Sharing;
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
 use std::env;
@@ -34,6 +35,7 @@ struct Face {
 /// The five-point Laplacian; cells are numbered x fastest. The pressure is given on the west side,
 /// or nowhere.
 struct System {
+    session: Session,
     solver: LinearSolver,
     operator: Rc<RefCell<Poisson>>,
     grid: Grid<2>,
@@ -132,12 +134,15 @@ impl System {
             solver.set_values(rows.fill(&mut operator.borrow_mut()))?;
         }
         solver.set_right_side(|b| cells.iter().zip(b).for_each(|(c, b)| *b = right_side(*c)))?;
-        Ok(System { solver, operator, grid, cells, singular })
+        let session = session.clone();
+        Ok(System { session, solver, operator, grid, cells, singular })
     }
 
     fn set_modes(&self, weights: &[f64], covered: &[ModeFace]) -> Result<()> {
         let turning = if weights.len() == MODES { &TURNING[..] } else { &[] };
-        self.operator.borrow_mut().set_modes(weights, covered, turning)
+        let bodies = weights.len() / 2 - turning.len();
+        let sharing = Sharing::among_all(&self.session, bodies);
+        self.operator.borrow_mut().set_modes(weights, covered, turning, &sharing)
     }
 
     /// This rank's part of `modes`: faces with a cell of its own on either side.
@@ -336,7 +341,11 @@ fn invalid_rigid_body_modes_are_refused() {
     system.set_modes(&[1.0, 1.0], &[good]).unwrap();
     system.set_modes(&[1.0; MODES], &[ModeFace { mode: 6, axis: 1, part: -1.0, ..good }]).unwrap();
     assert!(
-        system.operator.borrow_mut().set_modes(&[1.0; 4], &[good], &[1]).is_err(),
+        system
+            .operator
+            .borrow_mut()
+            .set_modes(&[1.0; 4], &[good], &[1], &Sharing::default())
+            .is_err(),
         "there is one body"
     );
 }

@@ -7,6 +7,7 @@ use mics::grid::{Boundaries, BoundaryKind, GHOSTS, Grid};
 use mics::kernels::faces::FaceCoefficient;
 use mics::petsc::{Choice, Layout, LinearSolver, Operator, OwnPreconditioner, Session};
 use mics::poisson::{ModeFace, Poisson};
+use mics::sharing::Sharing;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -146,7 +147,8 @@ impl<const D: usize> Case<D> {
                 if D == 2 { std::f64::consts::PI } else { 4.0 / 3.0 * std::f64::consts::PI };
             let cells = shape * self.radius.powi(D as i32) / self.h.iter().product::<f64>();
             let weights = vec![1.0 / (ratio * cells); D * self.balls.len()];
-            operator.borrow_mut().set_modes(&weights, &covered, &[]).unwrap();
+            let sharing = Sharing::among_all(session, self.balls.len());
+            operator.borrow_mut().set_modes(&weights, &covered, &[], &sharing).unwrap();
         }
         let number = |at: [usize; D]| (0..D).rev().fold(0, |n, a| n * self.cells[a] + at[a]);
         let cells: Vec<usize> =

@@ -151,7 +151,8 @@ impl<const D: usize> CutBody<D> {
         numerics: &Numerics,
     ) -> CutBody<D> {
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
-        let ghosts = cells(gap::unresolved(numerics));
+        let tight = shape.radius() + gap::unresolved(numerics) * h;
+        let ghosts = fraction::most_middles(grid, tight);
         let points = quadrature_points.len();
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(cells(1.0))),

@@ -95,7 +95,7 @@ impl Modes {
         }
         let largest = bodies.iter().map(|body| body.radius()).fold(0.0, f64::max);
         domain.projection.set_extent(2.0 * largest)?;
-        domain.projection.set_modes(weights, entries, oblong)
+        domain.projection.set_modes(weights, entries, oblong, cut.reach.sharing())
     }
 }
 
