@@ -80,7 +80,7 @@ pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> 
     let free = || scene.state.bodies.iter().filter(|body| body.freedom().is_some());
     // What they would have from a fall by a hundredth of their diameters.
     let weight = |body: &Body| (body.mass() - case.fluid.density * body.volume()).abs() * g;
-    let fall = free().map(|body| 0.02 * body.radius() * weight(body)).sum::<f64>();
+    let fall = free().map(|body| 0.01 * body.diameter() * weight(body)).sum::<f64>();
     let lightest = free().map(Body::mass).fold(f64::INFINITY, f64::min);
     (stored > fall && lightest.is_finite()).then(|| {
         format!(
@@ -91,12 +91,12 @@ pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> 
     })
 }
 
-/// Cells across the smallest particle; `None` without particles.
+/// Cells across the thinnest part of any particle; `None` without particles.
 fn cells_across(case: &Case) -> Option<f64> {
     let widest = case.spacings().into_iter().fold(0.0, f64::max);
     case.particle
         .iter()
-        .map(|p| p.shape.diameter())
+        .map(|p| p.shape.thickness())
         .min_by(f64::total_cmp)
         .map(|least| least / widest)
 }

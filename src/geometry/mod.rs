@@ -33,6 +33,7 @@ mod disc;
 pub mod fraction;
 mod octant;
 pub(crate) mod round;
+mod solid;
 mod sphere;
 mod subdivision;
 mod tiles;
@@ -41,6 +42,7 @@ pub use aperture::{Cut, Cuts, FaceCentroids};
 pub use block::{Block, images};
 pub use disc::Disc;
 pub use fraction::Overlap;
+pub use solid::Solid;
 pub use sphere::Sphere;
 pub use tiles::{Filled, Tiles};
 

@@ -25,14 +25,15 @@ mod read;
 mod reference;
 mod resolve;
 mod resolved;
+mod solid;
 mod speeds;
 mod write;
 
 pub use raw::{
     Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, FixedRows, ForceRule,
     FractionRule, GradientRule, History, Lock, MOST_SUBSTEPS, MeanVelocity, MeasureKind, Numerics,
-    Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, Region, Removed, RotationRule,
-    Round, Scheme, Section, Shape, Side, Solver, Statistics, Stiffness, Substeps,
+    Orientation, Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, Region, Removed,
+    RotationRule, Round, Scheme, Section, Side, Solver, Statistics, Stiffness, Substeps,
     TangentialDamping, WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};
@@ -41,6 +42,7 @@ pub use resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion,
     Output, Pair, PairLaw, Particle, Step, Target, Time,
 };
+pub use solid::{Shape, Solid};
 
 /// The material of particles that name none.
 pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;

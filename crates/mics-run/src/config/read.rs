@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
-use super::raw::{self, begin, expand, measures, name_particles, pairs, validate};
+use super::raw::{self, begin, build_shapes, expand, measures, name_particles, pairs, validate};
 use super::resolve::resolve;
 use super::resolved::Case;
 use super::write::particle;
@@ -93,8 +93,9 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
 /// and resolved.
 fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Case, Fault> {
     let mut raw = document.to_case()?;
-    validate(&raw)?;
     let folder = path.parent().unwrap_or(Path::new(""));
+    build_shapes(&mut raw, folder)?;
+    validate(&raw)?;
     begin(&mut raw, folder, read_bodies)?;
     expand(&mut raw, folder, read_bodies)?;
     name_particles(&mut raw)?;
