@@ -11,11 +11,44 @@
 //! A shape of two dimensions lies in the plane z = 0 and is the section of a cylinder of unit
 //! depth.
 
+mod ball;
+mod clump;
+mod convex;
+mod disc;
+mod ellipse;
+mod ellipsoid;
+mod facets;
+mod flat;
 mod part;
+mod patches;
+mod polygon;
+mod polyhedron;
+#[cfg(test)]
+mod scatter;
+pub mod stl;
+mod superquadric;
 
+pub use clump::Clump;
+pub use ellipse::Ellipse;
+pub use ellipsoid::Ellipsoid;
 pub use part::{Core, Face, Part, Polytope};
+pub use polygon::Polygon;
+pub use polyhedron::Polyhedron;
+pub use superquadric::Superquadric;
 
 use nalgebra::{Matrix3, Vector3};
+
+/// What is wrong with a shape, in words for the user, without the name of the file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault(pub String);
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Fault {}
 
 /// The point of a surface that is nearest to another point.
 #[derive(Clone, Copy, Debug, PartialEq)]
