@@ -93,8 +93,7 @@ pub struct Polygon {
     /// What the file's lengths are multiplied by (0.001 for mm), default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
-    /// Radius of a ball that is swept over it (m), which rounds edges and adds to its size; default
-    /// 0: sharp edges.
+    /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp edges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounding: Option<f64>,
     /// Diameter of the disc of its area (m), to which it is scaled; default as it is.
@@ -115,8 +114,7 @@ pub struct Polyhedron {
     /// Its corners (m), in any order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<[f64; 3]>>,
-    /// Radius of a ball that is swept over it (m), which rounds edges and adds to its size; default
-    /// 0: sharp edges.
+    /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp edges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounding: Option<f64>,
     /// Diameter of the sphere of its volume (m), to which it is scaled; default as it is.
@@ -278,3 +276,6 @@ impl Shape {
         shape
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,12 +14,12 @@ const FEWEST_CELLS: f64 = 3.0;
 
 /// Builds the solids of the particles and swarms of a case: what they are of then stands in
 /// `solid` and `solids`, and their files are not needed any more. Files are looked for from
-/// `folder` on.
-pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Check {
+/// `folder` on. Returns what is to be said of them, a line each.
+pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<String>, Fault> {
     let dimension = case.dimension();
     if !(2..=3).contains(&dimension) {
         // That is refused elsewhere.
-        return Ok(());
+        return Ok(Vec::new());
     }
     let mut shapes = Shapes::new(dimension, folder);
     let mut listed: Vec<Option<Solid>> = Vec::with_capacity(case.particle.len());
@@ -60,7 +60,7 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Check {
         let solids = case.swarm[index].shapes_of(index, &mut shapes)?;
         case.swarm[index].solids = solids;
     }
-    Ok(())
+    Ok(shapes.notes)
 }
 
 /// The same solid scaled to a diameter (m), refused at `key`.
@@ -101,13 +101,20 @@ pub(in crate::config) struct Shapes {
     built: Vec<Solid>,
     /// Those of files, by what is typed of them.
     of_files: HashMap<String, Shape>,
+    /// What is to be said of files.
+    notes: Vec<String>,
 }
 
 impl Shapes {
     /// None yet, of a case of this dimension; files are looked for from `folder` on.
     pub fn new(dimension: usize, folder: &Path) -> Shapes {
-        let (built, of_files) = (Vec::new(), HashMap::new());
-        Shapes { dimension, folder: folder.to_owned(), built, of_files }
+        Shapes {
+            dimension,
+            folder: folder.to_owned(),
+            built: Vec::new(),
+            of_files: HashMap::new(),
+            notes: Vec::new(),
+        }
     }
 
     /// The solid that a shape of the key `key` is; `None` of one that is round.
@@ -156,7 +163,7 @@ impl Shapes {
         Ok(read)
     }
 
-    fn read(&self, shape: Shape, key: &str) -> Result<Shape, Fault> {
+    fn read(&mut self, shape: Shape, key: &str) -> Result<Shape, Fault> {
         Ok(match shape {
             Shape::Polygon(polygon) => Shape::Polygon(self.polygon(polygon, key)?),
             Shape::Polyhedron(polyhedron) => Shape::Polyhedron(self.polyhedron(polyhedron, key)?),
@@ -216,7 +223,7 @@ impl Shapes {
         Ok(Polygon { points: Some(points), rounding, ..Polygon::default() })
     }
 
-    fn polyhedron(&self, raw: Polyhedron, key: &str) -> Result<Polyhedron, Fault> {
+    fn polyhedron(&mut self, raw: Polyhedron, key: &str) -> Result<Polyhedron, Fault> {
         let Polyhedron { file, scale, points, rounding, .. } = raw;
         one_of(key, &[("file", file.is_some()), ("points", points.is_some())])?;
         let factor = factor(key, scale, file.is_some())?;
@@ -233,7 +240,13 @@ impl Shapes {
                 let (path, key) = (self.folder.join(named(&file, key)?), format!("{key}.file"));
                 let source = Source { path: &path, key: &key };
                 source.exists()?;
-                super::geometry::hull(&path, factor).map_err(|what| source.refuse(&what))?
+                let (corners, notes) =
+                    super::geometry::hull(&path, factor).map_err(|what| source.refuse(&what))?;
+                let said = notes
+                    .into_iter()
+                    .map(|note| format!("note         {key}: {}: {note}", path.display()));
+                self.notes.extend(said);
+                corners
             }
         };
         Ok(Polyhedron { points: Some(points), rounding, ..Polyhedron::default() })

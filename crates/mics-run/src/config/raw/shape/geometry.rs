@@ -1,19 +1,91 @@
-//! The solids that shapes are.
+//! The solids that shapes are, by the constructors of `mics-shapes`.
 
-use super::Shape;
-use mics_shapes::Geometry;
+use super::{Ball, Clump, Polygon, Polyhedron, Shape, Superquadric};
+use mics_shapes::stl::{self, Surface};
+use mics_shapes::{Fault, Geometry};
+use nalgebra::Vector3;
+use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The corners (m) of the convex hull of the surface in an STL file.
-pub(super) fn hull(_path: &Path, _factor: f64) -> Result<Vec<[f64; 3]>, String> {
-    Err("polyhedra are not there yet".to_owned())
+/// Part by which a hull may be larger than its surface before that is said.
+const FILLED: f64 = 0.05;
+
+/// The corners (m) of the convex hull of the surface in an STL file, whose lengths are multiplied by
+/// `factor`, and what is to be said of it.
+///
+/// # Errors
+/// When it is not a closed surface, in words, without the name of the file.
+pub(super) fn hull(path: &Path, factor: f64) -> Result<(Vec<[f64; 3]>, Vec<String>), String> {
+    let words = |fault: Fault| fault.0;
+    let Surface { triangles, mut notes } = stl::load(path, factor).map_err(words)?;
+    let solid = mics_shapes::Polyhedron::new(&triangles, 0.0).map_err(words)?;
+    let excess = solid.hull_excess();
+    if excess > FILLED {
+        notes.push(format!(
+            "its convex hull, which is what is computed, is {:.0} % larger than the surface",
+            100.0 * excess
+        ));
+    }
+    let mut corners: Vec<[f64; 3]> = Vec::new();
+    let mut known = HashSet::new();
+    for corner in solid.triangles(2.0 * solid.radius()).into_iter().flatten() {
+        let corner: [f64; 3] = corner.into();
+        if known.insert(corner.map(f64::to_bits)) {
+            corners.push(corner);
+        }
+    }
+    Ok((corners, notes))
 }
 
 impl Shape {
     /// The solid that it is in its own axes, all lengths times `factor`: of a shape that is not
     /// round and has nothing in other files.
-    pub(in crate::config) fn geometry(&self, _factor: f64) -> Result<Arc<dyn Geometry>, String> {
-        Err(format!("a {} is not there yet", self.key()))
+    ///
+    /// # Errors
+    /// When it is none, in words.
+    pub(in crate::config) fn geometry(&self, factor: f64) -> Result<Arc<dyn Geometry>, String> {
+        let words = |fault: Fault| fault.0;
+        let planar = |p: &[f64; 2]| p.map(|x| factor * x);
+        let balls = |balls: &Option<Vec<Ball>>| -> Vec<(Vector3<f64>, f64)> {
+            let ball = |ball: &Ball| {
+                let at = Vector3::from_fn(|a, _| ball.at.get(a).map_or(0.0, |x| factor * x));
+                (at, 0.5 * factor * ball.diameter)
+            };
+            balls.iter().flatten().map(ball).collect()
+        };
+        Ok(match self {
+            Shape::Ellipse(ellipse) => {
+                Arc::new(mics_shapes::Ellipse::new(ellipse.axes.map(|l| factor * l)))
+            }
+            Shape::Ellipsoid(ellipsoid) => {
+                Arc::new(mics_shapes::Ellipsoid::new(ellipsoid.axes.map(|l| factor * l)))
+            }
+            Shape::Superquadric(Superquadric { axes, exponents, .. }) => {
+                let axes = axes.map(|l| factor * l);
+                Arc::new(mics_shapes::Superquadric::new(axes, *exponents).map_err(words)?)
+            }
+            Shape::Polygon(Polygon { points, rounding, .. }) => {
+                let points: Vec<_> = points.iter().flatten().map(planar).collect();
+                let rounding = factor * rounding.unwrap_or(0.0);
+                Arc::new(mics_shapes::Polygon::new(&points, rounding).map_err(words)?)
+            }
+            Shape::Polyhedron(Polyhedron { points, rounding, .. }) => {
+                // Its hull counts, whatever the triangles that have its corners.
+                let points: Vec<_> =
+                    points.iter().flatten().map(|p| [factor * Vector3::from(*p); 3]).collect();
+                let rounding = factor * rounding.unwrap_or(0.0);
+                Arc::new(mics_shapes::Polyhedron::new(&points, rounding).map_err(words)?)
+            }
+            Shape::Clump(Clump { discs: listed @ Some(_), .. }) => {
+                Arc::new(mics_shapes::Clump::new(2, &balls(listed)).map_err(words)?)
+            }
+            Shape::Clump(Clump { spheres, .. }) => {
+                Arc::new(mics_shapes::Clump::new(3, &balls(spheres)).map_err(words)?)
+            }
+            Shape::Disc(_) | Shape::Sphere(_) | Shape::Like(_) => {
+                return Err(format!("a {} is no solid", self.key()));
+            }
+        })
     }
 }
