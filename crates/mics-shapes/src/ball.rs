@@ -261,7 +261,7 @@ mod tests {
             assert!((dv * place - (first - volume * centre)).norm() < 2e-3);
             assert!((dv * square - second).norm() < 2e-3, "{} {second}", dv * square);
         }
-        println!("volume, first and second moments: {worst:.1e?}");
-        assert!(worst.iter().all(|worst| *worst < 1e-13), "{worst:.1e?}");
+        println!("volume, first and second moments: {worst:?}");
+        assert!(worst.iter().all(|worst| *worst < 1e-13), "{worst:?}");
     }
 }

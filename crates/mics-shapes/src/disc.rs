@@ -63,8 +63,12 @@ fn pieces(
         let (a, b, c) = (way.norm_squared(), p.dot(&way), p.norm_squared() - 1.0);
         if a > 0.0 {
             let root = (b * b - a * c).max(0.0).sqrt();
-            let [enter, leave] =
-                [-root, root].map(|root| p + ((root - b) / a).clamp(0.0, 1.0) * way);
+            // The ends themselves: a point that rounding moves off one at the centre would turn.
+            let [enter, leave] = [-root, root].map(|root| match (root - b) / a {
+                t if t <= 0.0 => p,
+                t if t >= 1.0 => q,
+                t => p + t * way,
+            });
             for (from, to, inside) in [(p, enter, false), (enter, leave, true), (leave, q, false)] {
                 if from != to {
                     found(&from, &to, inside);

@@ -43,38 +43,40 @@ pub fn skin(half: f64, curvature: f64) -> f64 {
 
 /// The point of an ellipse or ellipsoid that is nearest to one, with these half axes (m): for a
 /// point in the first octant `q_i = a_i^2 p_i/(t + a_i^2)`, with t the largest root of q on the
-/// surface (Eberly).
+/// surface (Eberly); `u = t + least a_i^2` keeps its digits where t does not.
 pub fn nearest<const D: usize>(half: [f64; D], point: [f64; D]) -> ([f64; D], [f64; D]) {
     let least = half.iter().copied().fold(f64::INFINITY, f64::min);
     let p = point.map(|x| x.abs().max(1e-14 * least));
     let square = half.map(|a| a * a);
-    // Newton's method comes to the root from below, where the function is convex and falls; the
-    // terms by themselves are bounds, and so is the whole at the distance of the scaled point.
-    let mut t = f64::NEG_INFINITY;
+    let lowest = least * least;
+    let more = square.map(|square| square - lowest);
+    // Newton's method comes to the root from below, where the function is convex and falls. Each
+    // term by itself is a bound, and so is the whole with all of a_i the least (outside) or the
+    // largest one (inside).
+    let mut u = 0.0f64;
     let (mut norm, mut widest) = (0.0, 0.0f64);
     for a in 0..D {
-        t = t.max(half[a] * p[a] - square[a]);
+        u = u.max(half[a] * p[a] - more[a]);
         norm += (p[a] / half[a]).powi(2);
         widest = widest.max(square[a]);
     }
-    // With all of a_i the largest (outside) or the smallest (inside) one the root is lower.
     let scale = norm.sqrt() - 1.0;
-    t = t.max(scale * if scale > 0.0 { least * least } else { widest });
+    u = u.max(lowest + scale * if scale > 0.0 { lowest } else { widest });
     for _ in 0..100 {
         let (mut value, mut slope) = (-1.0, 0.0);
         for a in 0..D {
-            let inverse = 1.0 / (t + square[a]);
+            let inverse = 1.0 / (u + more[a]);
             let term = half[a] * p[a] * inverse;
             value += term * term;
             slope -= 2.0 * term * term * inverse;
         }
-        let next = t - value / slope;
-        if next <= t {
+        let next = u - value / slope;
+        if next <= u {
             break;
         }
-        t = next;
+        u = next;
     }
-    let foot = std::array::from_fn(|a| (square[a] * p[a] / (t + square[a])).copysign(point[a]));
+    let foot = std::array::from_fn(|a| (square[a] * p[a] / (u + more[a])).copysign(point[a]));
     let normal: [f64; D] = std::array::from_fn(|a| foot[a] / square[a]);
     let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
     (foot, normal.map(|x| x / length))

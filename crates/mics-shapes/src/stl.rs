@@ -122,3 +122,81 @@ pub fn volume(triangles: &[[Vector3<f64>; 3]]) -> f64 {
     let part = |[a, b, c]: &[Vector3<f64>; 3]| (a - top).dot(&(b - top).cross(&(c - top))) / 6.0;
     triangles.iter().map(part).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron() -> Vec<[[f32; 3]; 3]> {
+        let [o, x, y, z] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]]
+    }
+
+    #[test]
+    fn closed_surface_is_read_and_an_inside_out_one_turned() {
+        let found = closed(tetrahedron(), 2.0).unwrap();
+        assert!((volume(&found.triangles) - 8.0 / 6.0).abs() < 1e-15 && found.notes.is_empty());
+        let mut turned = tetrahedron();
+        turned.iter_mut().for_each(|corners| corners.swap(0, 1));
+        let found = closed(turned, 1.0).unwrap();
+        assert!((volume(&found.triangles) - 1.0 / 6.0).abs() < 1e-15);
+        assert!(found.notes[0].contains("inside out"));
+        let mut doubled = tetrahedron();
+        doubled.push([doubled[0][0], doubled[0][0], doubled[0][1]]);
+        assert!(closed(doubled, 1.0).unwrap().notes[0].contains("1 triangles"));
+    }
+
+    #[test]
+    fn faults_of_surfaces_name_the_triangle() {
+        let fault = |mesh| closed(mesh, 1.0).unwrap_err().0;
+        assert!(fault(Vec::new()).contains("no triangles"));
+        let mut mesh = tetrahedron();
+        mesh.remove(3);
+        assert!(fault(mesh).contains("open: 3 edges"));
+        let mut mesh = tetrahedron();
+        mesh[1][2][0] = f32::NAN;
+        assert!(fault(mesh).contains("triangle 2"));
+        let mut mesh = tetrahedron();
+        mesh[2].swap(0, 1);
+        assert!(fault(mesh).contains("disagree"));
+        let [a, b, c] = tetrahedron()[0];
+        assert!(fault(vec![[a, b, c], [b, a, c]]).contains("no volume"));
+    }
+
+    #[test]
+    fn files_of_both_kinds_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let mesh = tetrahedron();
+        let triangles: Vec<stl_io::Triangle> = mesh
+            .iter()
+            .map(|corners| stl_io::Triangle {
+                normal: stl_io::Normal::new([0.0; 3]),
+                vertices: corners.map(stl_io::Vertex::new),
+            })
+            .collect();
+        let mut bytes = Vec::new();
+        stl_io::write_stl(&mut bytes, triangles.iter()).unwrap();
+        let mut text = "solid stone\n".to_owned();
+        for corners in &mesh {
+            text += "facet normal 0 0 0\nouter loop\n";
+            for [x, y, z] in corners {
+                text += &format!("vertex {x:e} {y:e} {z:e}\n");
+            }
+            text += "endloop\nendfacet\n";
+        }
+        text += "endsolid stone\n";
+        for bytes in [bytes, text.into_bytes()] {
+            let path = folder.path().join("stone.stl");
+            std::fs::write(&path, &bytes).unwrap();
+            let found = read(&path, 0.1).unwrap();
+            assert_eq!(found.len(), 4);
+            assert!((volume(&found) - 1e-3 / 6.0).abs() < 1e-15);
+            std::fs::write(&path, &bytes[..bytes.len() - 30]).unwrap();
+            let why = read(&path, 0.1).unwrap_err().0;
+            assert!(why.contains("STL") || why.contains("open"), "{why}");
+        }
+        assert!(
+            read(&folder.path().join("none.stl"), 1.0).unwrap_err().0.contains("cannot be read")
+        );
+    }
+}

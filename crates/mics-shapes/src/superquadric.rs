@@ -277,3 +277,63 @@ impl Geometry for Superquadric {
         self.facets.triangles()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Ellipsoid;
+    use crate::scatter::{feet, lattice, scatter};
+
+    #[test]
+    fn exponents_of_two_are_an_ellipsoid() {
+        let axes = [1.0, 0.7, 0.5];
+        let (body, exact) = (Superquadric::new(axes, [2.0; 2]).unwrap(), Ellipsoid::new(axes));
+        assert!((body.volume / exact.volume() - 1.0).abs() < 1e-14);
+        assert!((body.inertia - exact.inertia()).norm() < 1e-14);
+        let mut worst = [0.0f64; 3];
+        for k in 0..2000 {
+            let point = 0.6 * Vector3::from_fn(|a, _| scatter(3 * k + a));
+            let [own, other] = [body.nearest(&point), exact.nearest(&point)];
+            // In the middle any of several.
+            if other.distance > -0.1 {
+                worst[0] = worst[0].max((own.distance - other.distance).abs());
+                worst[1] = worst[1].max((own.normal - other.normal).norm());
+            }
+            let half = [0, 1, 2].map(|a| Vector3::ith(a, 0.04));
+            let apart = body.filled(&point, &half).0 - exact.filled(&point, &half).0;
+            worst[2] = worst[2].max(apart.abs() / 0.08f64.powi(3));
+        }
+        println!("distance, normal, part of a box of a sixth: {worst:?}");
+        assert!(worst[0] < 1e-9 && worst[1] < 1e-7 && worst[2] < 0.02);
+    }
+
+    #[test]
+    fn superquadrics_have_volume_feet_and_moments() {
+        for (axes, exponents) in [
+            ([1.0; 3], [2.0, 2.0]),
+            ([1.0; 3], [5.0, 5.0]),
+            ([1.0; 3], [10.0, 10.0]),
+            ([1.0, 0.7, 0.4], [8.0, 3.0]),
+            ([1.0, 0.6, 0.8], [2.0, 20.0]),
+            ([1.0, 0.6, 0.8], [20.0, 2.0]),
+        ] {
+            let body = Superquadric::new(axes, exponents).unwrap();
+            let ((volume, first), feet) = (lattice(&body), feet(&body, 1.2));
+            let big =
+                body.facets.depth() / (0.5 * axes.iter().copied().fold(f64::INFINITY, f64::min));
+            println!(
+                "{axes:?} {exponents:?}: {volume:.1e}, {first:.1e}, feet {feet:.1e}, {} faces, {big:.4}",
+                body.facets.faces().len()
+            );
+            assert!(volume < 1e-12 && first < 1e-12 && feet < 1e-8);
+            // Touching faces are further out before they are shrunk.
+            assert!((0.995..1.0).contains(&big), "{big}");
+            let [part] = body.parts() else { panic!() };
+            assert!(part.rounding > 0.0);
+            let area: Vector3<f64> = body.surface(0.05).iter().map(|p| p.area * p.normal).sum();
+            assert!(area.norm() < 1e-3, "{area}");
+        }
+        assert!(Superquadric::new([1.0; 3], [1.5, 2.0]).unwrap_err().0.contains("1.5"));
+        assert!(Superquadric::new([1.0, 0.0, 1.0], [2.0; 2]).unwrap_err().0.contains('0'));
+    }
+}
