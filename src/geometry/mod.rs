@@ -190,6 +190,12 @@ pub trait Shape: Debug + Send + Sync {
         None
     }
 
+    /// Its surface by triangles in its own axes (m), about `spacing` (m) wide where it is curved; in
+    /// 2D its outline by segments, whose third corner repeats the second. None of a round body.
+    fn triangles(&self, _spacing: f64) -> Vec<[Vector3<f64>; 3]> {
+        Vec::new()
+    }
+
     /// How far it is to the surface (m) from a point outside, with the centre `apart` from it (m),
     /// in the direction `along`, of length 1; `None` where it is missed, 0 from a point inside.
     fn meets(

@@ -43,6 +43,10 @@ impl Shape for Solid {
         self.0.surface(spacing).into_iter().map(point).collect()
     }
 
+    fn triangles(&self, spacing: f64) -> Vec<[Vector3<f64>; 3]> {
+        self.0.triangles(spacing)
+    }
+
     fn bounds(&self, orientation: &Orientation) -> Vector3<f64> {
         let own = orientation.inverse();
         Vector3::from_fn(|axis, _| {
