@@ -107,8 +107,9 @@ pub fn unresolved(case: &Case) -> Option<String> {
     if smallest < RESOLVED {
         let cells = case.domain.cells.iter().map(|&n| whole((n as f64 * GOOD / smallest).ceil()));
         return Some(format!(
-            "warning      a particle of {} cells is not resolved: {RESOLVED} or more are needed; \
+            "warning      a particle {} {} cells is not resolved: {RESOLVED} or more are needed; \
             domain.cells = [{}] give it {GOOD}",
+            thinnest_words(case),
             if smallest < 1.0 { brief(smallest) } else { format!("{smallest:.1}") },
             cells.collect::<Vec<_>>().join(", ")
         ));
@@ -116,10 +117,19 @@ pub fn unresolved(case: &Case) -> Option<String> {
     // As large as asked for, but for rounding.
     (smallest < GOOD * (1.0 - 1e-9)).then(|| {
         format!(
-            "note         a particle of {smallest:.1} cells is coarse: from {GOOD} on forces are \
-            right within some per cent"
+            "note         a particle {} {smallest:.1} cells is coarse: from {GOOD} on forces are \
+            right within some per cent",
+            thinnest_words(case)
         )
     })
+}
+
+/// How the cells across the thinnest part of any particle are said: that of a round one is all of
+/// it.
+fn thinnest_words(case: &Case) -> &'static str {
+    let thinnest =
+        case.particle.iter().min_by(|a, b| a.shape.thickness().total_cmp(&b.shape.thickness()));
+    if thinnest.is_none_or(|p| p.shape.is_round()) { "of" } else { "whose thinnest part is" }
 }
 
 /// Contacts outside the densities and sizes for which they hold.

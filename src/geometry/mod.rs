@@ -190,8 +190,8 @@ pub trait Shape: Debug + Send + Sync {
         None
     }
 
-    /// Its surface by triangles in its own axes (m), about `spacing` (m) wide where it is curved; in
-    /// 2D its outline by segments, whose third corner repeats the second. None of a round body.
+    /// Its surface by triangles in its own axes (m), about `spacing` (m) wide where it is curved;
+    /// in 2D its outline by segments, whose third corner repeats the second. None of a round body.
     fn triangles(&self, _spacing: f64) -> Vec<[Vector3<f64>; 3]> {
         Vec::new()
     }

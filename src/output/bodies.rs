@@ -1,5 +1,5 @@
-//! Writes bodies as ParaView opens them ([`mics_run::bodies`]): a piece with a point at each centre,
-//! and where some are not round a second piece with their surfaces.
+//! Writes bodies as ParaView opens them ([`mics_run::bodies`]): a piece with a point at each
+//! centre, and where some are not round a second piece with their surfaces.
 
 use crate::Result;
 use crate::particles::Body;

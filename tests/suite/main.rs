@@ -59,6 +59,7 @@ mod restart_ranks;
 mod rolling;
 mod scenes;
 mod seam;
+mod shape_cases;
 mod sharp;
 mod spin;
 mod statistics;

@@ -2,7 +2,8 @@
 //! and the surfaces of those that are not round, beside the fields of the same time.
 //!
 //! ```text
-//!   id, radius (m), diameter (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y, z)
+//!   id, radius (m), diameter (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y,
+//! z)
 //!              a sphere: Glyph, scaled by radius, which is 0 of what is not round
 //!              the others: their surfaces, whose points have the velocity there
 //! ```

@@ -23,6 +23,7 @@ mod part;
 mod patches;
 mod polygon;
 mod polyhedron;
+mod scaled;
 #[cfg(test)]
 mod scatter;
 pub mod stl;
@@ -34,6 +35,7 @@ pub use ellipsoid::Ellipsoid;
 pub use part::{Core, Face, Part, Polytope};
 pub use polygon::Polygon;
 pub use polyhedron::Polyhedron;
+pub use scaled::Scaled;
 pub use superquadric::Superquadric;
 
 use nalgebra::{Matrix3, Vector3};

@@ -23,9 +23,9 @@ pub fn surface(solid: &Solid) -> Vec<[Vector3<f64>; 3]> {
     geometry.triangles(2.0 * geometry.radius() / ALONG)
 }
 
-/// The rings that a plane cuts of a turned surface, about the body's centre: along the `axes` of the
-/// plane, which is across the third and at the distance `off` from the centre (m); of a solid of
-/// radius `radius` (m) and so many dimensions.
+/// The rings that a plane cuts of a turned surface, about the body's centre: along the `axes` of
+/// the plane, which is across the third and at the distance `off` from the centre (m); of a solid
+/// of radius `radius` (m) and so many dimensions.
 pub fn rings(
     surface: &[[Vector3<f64>; 3]],
     turn: &UnitQuaternion<f64>,

@@ -112,7 +112,7 @@ impl Case {
         let geometry = solid.geometry();
         let (length, thickness) = (2.0 * geometry.radius(), geometry.thickness());
         format!(
-            "{name}{detail}, {} m about its centre, thinnest {} m = {:.1} cells",
+            "{name}{detail}, up to {} m across, thinnest {} m = {:.1} cells",
             rounded(length),
             rounded(thickness),
             thickness / widest

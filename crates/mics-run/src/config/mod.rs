@@ -25,10 +25,10 @@ mod read;
 mod reference;
 mod resolve;
 mod resolved;
-mod solid;
 mod speeds;
 mod write;
 
+pub use raw::shape::solid::{Shape, Solid};
 pub use raw::{
     Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, FixedRows, ForceRule,
     FractionRule, GradientRule, History, Lock, MOST_SUBSTEPS, MeanVelocity, MeasureKind, Numerics,
@@ -42,7 +42,6 @@ pub use resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion,
     Output, Pair, PairLaw, Particle, Step, Target, Time,
 };
-pub use solid::{Shape, Solid};
 
 /// The material of particles that name none.
 pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;

@@ -1,13 +1,13 @@
 //! A case with nothing left open. Its fields have the names of the file's tables and keys; an
 //! `Option` is physics that the case does without.
 
+use super::raw::shape::solid::Shape;
 use super::raw::{
     Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock, MeanVelocity,
     MeasureKind, Numerics, Orientation, Oscillation, Petsc, Preset, Pressure, Probe, Reference,
     Region, Removed, Scheme, Section, Side, Statistics, Stiffness, Substeps, TangentialDamping,
     When,
 };
-use super::solid::Shape;
 
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -1,12 +1,12 @@
 //! A case written out as a file that gives every key, for the run's folder; it reads back to an
 //! equal case.
 
+use super::raw::shape::solid::{Shape, Solid};
 use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Output, PairLaw,
     Particle, Step,
 };
-use super::solid::{Shape, Solid};
 use serde::Serialize;
 
 impl Case {

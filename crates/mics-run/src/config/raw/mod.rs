@@ -16,7 +16,7 @@ mod orientation;
 mod output;
 mod particle;
 pub(super) mod preset;
-mod shape;
+pub mod shape;
 mod source;
 mod statistics;
 mod swarm;

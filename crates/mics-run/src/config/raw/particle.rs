@@ -3,8 +3,8 @@
 mod check;
 mod overlap;
 
+use super::shape::solid::{Shape as Built, Solid};
 use super::{Case, Orientation, Region, Shape};
-use crate::config::solid::Solid;
 pub(super) use check::{Nature, below_periods, inside, particle, printable};
 use nalgebra::UnitQuaternion;
 pub(super) use overlap::{Overlap, distance, overlap};
@@ -22,8 +22,8 @@ pub struct Particle {
     pub name: Option<String>,
     /// Its shape.
     pub shape: Shape,
-    /// How it is turned at time 0: degrees in 2D, `{ axis = [0, 0, 1], degrees = 30 }` in 3D; default
-    /// its own axes are along those of the box.
+    /// How it is turned at time 0: degrees in 2D, `{ axis = [0, 0, 1], degrees = 30 }` in 3D;
+    /// default its own axes are along those of the box.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<Orientation>,
     /// What its shape is, where that is not round and has been built.
@@ -96,11 +96,11 @@ impl Particle {
     }
 
     /// Its shape as the program sees it; `None` of a solid that has not been built.
-    pub fn built(&self) -> Option<crate::config::Shape> {
+    pub fn built(&self) -> Option<Built> {
         match &self.shape {
-            Shape::Disc(round) => Some(crate::config::Shape::Disc(round.clone())),
-            Shape::Sphere(round) => Some(crate::config::Shape::Sphere(round.clone())),
-            _ => self.solid.clone().map(crate::config::Shape::Solid),
+            Shape::Disc(round) => Some(Built::Disc(round.clone())),
+            Shape::Sphere(round) => Some(Built::Sphere(round.clone())),
+            _ => self.solid.clone().map(Built::Solid),
         }
     }
 

@@ -3,6 +3,7 @@
 mod build;
 mod geometry;
 mod outline;
+pub mod solid;
 
 pub(in crate::config::raw) use build::sensible;
 pub(in crate::config) use build::{Shapes, build};
@@ -10,8 +11,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The shape of a body, in its own axes. A body lies with its centre of volume at `position`. What
-/// is not round may have a `diameter` (m): that of the disc or sphere of its volume, to which all of
-/// it is scaled.
+/// is not round may have a `diameter` (m): that of the disc or sphere of its volume, to which all
+/// of it is scaled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
@@ -93,7 +94,8 @@ pub struct Polygon {
     /// What the file's lengths are multiplied by (0.001 for mm), default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
-    /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp edges.
+    /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp
+    /// edges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounding: Option<f64>,
     /// Diameter of the disc of its area (m), to which it is scaled; default as it is.
@@ -114,7 +116,8 @@ pub struct Polyhedron {
     /// Its corners (m), in any order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<[f64; 3]>>,
-    /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp edges.
+    /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp
+    /// edges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounding: Option<f64>,
     /// Diameter of the sphere of its volume (m), to which it is scaled; default as it is.

@@ -12,7 +12,7 @@ use super::begin::ReadBodies;
 use super::particle::{Enter, Nature};
 use super::shape::sensible;
 use super::{Case, Listed, Lock, Motion, Particle, Shape, Spin};
-use crate::config::fault::{Check, Fault, not_negative, positive};
+use crate::config::fault::{Check, not_negative, positive};
 pub use kinds::Kind;
 use kinds::Made;
 pub use region::Region;
@@ -33,12 +33,12 @@ pub struct Swarm {
     /// in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
-    /// Their diameters (m); of what is not round those of the disc or sphere of its volume, to which
-    /// it is scaled, and by default as it is.
+    /// Their diameters (m); of what is not round those of the disc or sphere of its volume, to
+    /// which it is scaled, and by default as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<Diameters>,
-    /// The shape of all; default a disc in 2D, a sphere in 3D. Those that are not round are put down
-    /// with their bounding discs or spheres clear of each other.
+    /// The shape of all; default a disc in 2D, a sphere in 3D. Those that are not round are put
+    /// down with their bounding discs or spheres clear of each other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
     /// Their shapes, where they have several, each with its share, as in
@@ -233,7 +233,7 @@ impl Swarm {
             let missing =
                 ["count", "region", "diameter"].into_iter().zip(given).find(|(_, given)| !given);
             let missing = missing.map_or("count", |(name, _)| name);
-            let cure = "a swarm needs count, region and diameter (or a shape that is not round), or \
+            let cure = "a swarm needs count, region and diameter (or a shape), or \
                 from = \"particles.csv\"";
             ensure!(false, key(missing), "missing key `{missing}` in [{table}]: {cure}");
             return Ok(());
@@ -290,15 +290,10 @@ impl Swarm {
     }
 
     /// The particles that are fed, at the middle of the region until they come in.
-    fn fed(
-        &self,
-        dimension: usize,
-        Feed { rate, from }: &Feed,
-        swarm: &Scatter,
-    ) -> Result<Vec<Particle>, String> {
+    fn fed(&self, dimension: usize, Feed { rate, from }: &Feed, swarm: &Scatter) -> Vec<Particle> {
         let Scatter { region, seed, gap, .. } = swarm;
         let middle = |axis: usize| 0.5 * (region.min[axis] + region.max[axis]);
-        let bodies = swarm.bodies(self, dimension)?.0.into_iter().enumerate();
+        let bodies = swarm.bodies(self, dimension).0.into_iter().enumerate();
         let entering = bodies.map(|(n, made)| {
             let enter = Enter {
                 time: from.unwrap_or(0.0) + n as f64 / rate,
@@ -309,7 +304,7 @@ impl Swarm {
             let place = (0..dimension).map(middle).collect();
             Particle { enter: Some(enter), ..self.particle(made, place) }
         });
-        Ok(entering.collect())
+        entering.collect()
     }
 }
 
@@ -330,12 +325,10 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path, read: ReadBodies
                 table::append(case, swarm, &folder.join(file), &format!("swarm.{index}.from"))?
             }
             (None, Some(scatter), Some(feed)) => {
-                let fed = swarm.fed(case.dimension(), feed, &scatter).map_err(unbuilt(index))?;
-                case.particle.extend(fed);
+                case.particle.extend(swarm.fed(case.dimension(), feed, &scatter));
             }
             (None, Some(scatter), None) => {
-                let (bodies, random) =
-                    scatter.bodies(swarm, case.dimension()).map_err(unbuilt(index))?;
+                let (bodies, random) = scatter.bodies(swarm, case.dimension());
                 let key = format!("swarm.{index}.count");
                 for (made, place) in placement::scatter(case, &scatter, bodies, random, &key)? {
                     case.particle.push(swarm.particle(made, place));
@@ -345,11 +338,6 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path, read: ReadBodies
         }
     }
     Ok(())
-}
-
-/// The refusal of a shape of a swarm that cannot be built at the size that it is to have.
-fn unbuilt(index: usize) -> impl FnOnce(String) -> Fault {
-    move |message| Fault { key: format!("swarm.{index}.diameter"), message }
 }
 
 #[cfg(test)]

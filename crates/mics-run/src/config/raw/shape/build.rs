@@ -1,11 +1,11 @@
 //! From what is typed of a shape to a solid: files are read, and their numbers checked.
 
 use super::outline::{self, Flaw};
+use super::solid::Solid;
 use super::*;
 use crate::config::fault::{Check, Fault, finite, not_negative, positive};
 use crate::config::raw::Case;
 use crate::config::raw::source::Source;
-use crate::config::solid::Solid;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -37,7 +37,7 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
                 positive(&format!("{key}.diameter"), *diameter, "m")?;
                 match &listed[*particle] {
                     Some(solid) if diameter.is_none() => Some(solid.clone()),
-                    Some(solid) => Some(scaled(solid, *diameter, &key)?),
+                    Some(solid) => Some(solid.of_diameter(*diameter)),
                     None => {
                         let round = case.particle[*particle]
                             .shape
@@ -61,11 +61,6 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
         case.swarm[index].solids = solids;
     }
     Ok(shapes.notes)
-}
-
-/// The same solid scaled to a diameter (m), refused at `key`.
-fn scaled(solid: &Solid, diameter: Option<f64>, key: &str) -> Result<Solid, Fault> {
-    solid.of_diameter(diameter).map_err(|message| Fault { key: key.to_owned(), message })
 }
 
 /// Refuses a solid of this length (m) that is far too large for the box, or far too small for its
@@ -121,11 +116,14 @@ impl Shapes {
     pub fn solid(&mut self, shape: &Shape, key: &str) -> Result<Option<Solid>, Fault> {
         let (is, name) = (self.dimension, shape.key());
         let fits = shape.dimension().is_none_or(|wanted| wanted == is);
+        let others = match is {
+            2 => "an ellipse, a polygon or a clump of discs",
+            _ => "an ellipsoid, a superquadric, a polyhedron or a clump of spheres",
+        };
         ensure!(
             fits,
             key,
-            "a disc, an ellipse and a polygon are for 2D, a sphere, an ellipsoid, a superquadric \
-            and a polyhedron for 3D; this case is {is}D"
+            "a disc is for 2D, a sphere for 3D; this case is {is}D: choose that or {others}"
         );
         let key = format!("{key}.{name}");
         if matches!(shape, Shape::Disc(_) | Shape::Sphere(_)) {
@@ -147,7 +145,7 @@ impl Shapes {
                 solid
             }
         };
-        scaled(&base, shape.diameter(), &key).map(Some)
+        Ok(Some(base.of_diameter(shape.diameter())))
     }
 
     /// The shape with its numbers checked and those of its file in it.

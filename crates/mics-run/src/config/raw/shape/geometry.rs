@@ -11,8 +11,8 @@ use std::sync::Arc;
 /// Part by which a hull may be larger than its surface before that is said.
 const FILLED: f64 = 0.05;
 
-/// The corners (m) of the convex hull of the surface in an STL file, whose lengths are multiplied by
-/// `factor`, and what is to be said of it.
+/// The corners (m) of the convex hull of the surface in an STL file, whose lengths are multiplied
+/// by `factor`, and what is to be said of it.
 ///
 /// # Errors
 /// When it is not a closed surface, in words, without the name of the file.
@@ -39,42 +39,36 @@ pub(super) fn hull(path: &Path, factor: f64) -> Result<(Vec<[f64; 3]>, Vec<Strin
 }
 
 impl Shape {
-    /// The solid that it is in its own axes, all lengths times `factor`: of a shape that is not
-    /// round and has nothing in other files.
+    /// The solid that it is in its own axes: of a shape that is not round, has nothing in other
+    /// files and is not scaled.
     ///
     /// # Errors
     /// When it is none, in words.
-    pub(in crate::config) fn geometry(&self, factor: f64) -> Result<Arc<dyn Geometry>, String> {
+    pub(in crate::config) fn geometry(&self) -> Result<Arc<dyn Geometry>, String> {
         let words = |fault: Fault| fault.0;
-        let planar = |p: &[f64; 2]| p.map(|x| factor * x);
         let balls = |balls: &Option<Vec<Ball>>| -> Vec<(Vector3<f64>, f64)> {
             let ball = |ball: &Ball| {
-                let at = Vector3::from_fn(|a, _| ball.at.get(a).map_or(0.0, |x| factor * x));
-                (at, 0.5 * factor * ball.diameter)
+                let at = Vector3::from_fn(|a, _| ball.at.get(a).copied().unwrap_or(0.0));
+                (at, 0.5 * ball.diameter)
             };
             balls.iter().flatten().map(ball).collect()
         };
         Ok(match self {
-            Shape::Ellipse(ellipse) => {
-                Arc::new(mics_shapes::Ellipse::new(ellipse.axes.map(|l| factor * l)))
-            }
-            Shape::Ellipsoid(ellipsoid) => {
-                Arc::new(mics_shapes::Ellipsoid::new(ellipsoid.axes.map(|l| factor * l)))
-            }
+            Shape::Ellipse(ellipse) => Arc::new(mics_shapes::Ellipse::new(ellipse.axes)),
+            Shape::Ellipsoid(ellipsoid) => Arc::new(mics_shapes::Ellipsoid::new(ellipsoid.axes)),
             Shape::Superquadric(Superquadric { axes, exponents, .. }) => {
-                let axes = axes.map(|l| factor * l);
-                Arc::new(mics_shapes::Superquadric::new(axes, *exponents).map_err(words)?)
+                Arc::new(mics_shapes::Superquadric::new(*axes, *exponents).map_err(words)?)
             }
             Shape::Polygon(Polygon { points, rounding, .. }) => {
-                let points: Vec<_> = points.iter().flatten().map(planar).collect();
-                let rounding = factor * rounding.unwrap_or(0.0);
+                let points: Vec<_> = points.iter().flatten().copied().collect();
+                let rounding = rounding.unwrap_or(0.0);
                 Arc::new(mics_shapes::Polygon::new(&points, rounding).map_err(words)?)
             }
             Shape::Polyhedron(Polyhedron { points, rounding, .. }) => {
                 // Its hull counts, whatever the triangles that have its corners.
                 let points: Vec<_> =
-                    points.iter().flatten().map(|p| [factor * Vector3::from(*p); 3]).collect();
-                let rounding = factor * rounding.unwrap_or(0.0);
+                    points.iter().flatten().map(|p| [Vector3::from(*p); 3]).collect();
+                let rounding = rounding.unwrap_or(0.0);
                 Arc::new(mics_shapes::Polyhedron::new(&points, rounding).map_err(words)?)
             }
             Shape::Clump(Clump { discs: listed @ Some(_), .. }) => {

@@ -494,7 +494,7 @@ fn wrong_shapes_of_swarms_are_refused_by_key() {
         "swarm.0.shape.ellipse.axes.1"
     );
     let (key, why) = swarm("");
-    assert!(key == "swarm.0.diameter" && why.contains("or a shape"), "{key}: {why}");
+    assert!(key == "swarm.0.diameter" && why.contains("(or a shape)"), "{key}: {why}");
 }
 
 #[test]
@@ -512,9 +512,7 @@ fn shapes_are_said_in_words() {
     let one = loaded(&text(2, &body(2, "{ ellipse = { axes = [0.04, 0.02] } }", "")), &[]);
     let words = one.unwrap().case.describe_particles();
     assert!(
-        words[0]
-            .1
-            .starts_with("ellipse, 0.04 m about its centre, thinnest 0.02 m = 6.4 cells, d ="),
+        words[0].1.starts_with("ellipse, up to 0.04 m across, thinnest 0.02 m = 6.4 cells, d ="),
         "{words:?}"
     );
 }

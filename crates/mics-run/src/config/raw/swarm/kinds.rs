@@ -4,8 +4,8 @@
 use super::{Diameters, Orientations, Scatter, Swarm};
 use crate::config::fault::{Fault, positive};
 use crate::config::raw::shape::Shapes;
+use crate::config::raw::shape::solid::Solid;
 use crate::config::raw::{Orientation, Round, Shape};
-use crate::config::solid::Solid;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -49,19 +49,15 @@ impl Kind {
     }
 
     /// A body of this shape, scaled to a diameter (m).
-    pub(super) fn made(
-        &self,
-        diameter: Option<f64>,
-        orientation: Option<Orientation>,
-    ) -> Result<Made, String> {
+    pub(super) fn made(&self, diameter: Option<f64>, orientation: Option<Orientation>) -> Made {
         let diameter = diameter.or(self.shape.diameter());
-        Ok(match &self.solid {
+        match &self.solid {
             None => Made { shape: self.shape.of_diameter(diameter), solid: None, orientation },
             Some(solid) => {
-                let solid = solid.of_diameter(diameter)?;
+                let solid = solid.of_diameter(diameter);
                 Made { shape: solid.typed(), solid: Some(solid), orientation }
             }
-        })
+        }
     }
 }
 
@@ -179,11 +175,7 @@ fn turned_anyhow(dimension: usize, random: &mut ChaCha8Rng) -> Orientation {
 
 impl Scatter<'_> {
     /// Its bodies with their diameters (m), and the random numbers that come after these.
-    pub(super) fn bodies(
-        &self,
-        swarm: &Swarm,
-        dimension: usize,
-    ) -> Result<(Vec<Made>, ChaCha8Rng), String> {
+    pub(super) fn bodies(&self, swarm: &Swarm, dimension: usize) -> (Vec<Made>, ChaCha8Rng) {
         let kinds = swarm.kinds(dimension);
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         let mut diameter = || {
@@ -197,6 +189,6 @@ impl Scatter<'_> {
             .into_iter()
             .zip(choices)
             .map(|(diameter, (kind, orientation))| kind.made(diameter, orientation));
-        Ok((made.collect::<Result<_, _>>()?, random))
+        (made.collect(), random)
     }
 }

@@ -172,7 +172,7 @@ fn particle(
             Some(orientation)
         }
     };
-    let mut particle = swarm.particle(kind.made(diameter, orientation)?, place);
+    let mut particle = swarm.particle(kind.made(diameter, orientation), place);
     if let Some(column) = columns.density {
         particle.density = Some(positive(column, "kg/m3")?);
     }

@@ -1,15 +1,16 @@
 //! The shape of a body as the program sees it: round, in closed form, or a solid.
 //!
 //! ```text
-//!        ,--.__          diameter            of the disc or sphere of its volume: Reynolds numbers,
+//!        ,--.__          diameter            of the disc or sphere of its volume: Reynolds
+//! numbers,
 //!       /      `--.                          drag, stiffness, estimates
 //!      (     o     )     bounding diameter   of the disc or sphere about its centre that holds
 //!       `-.__     /                          all of it: room, periods, first guess of overlaps
 //!            `---'       thickness           of its thinnest part: what the grid resolves
 //! ```
 
-use super::raw::{self, Round};
-use mics_shapes::Geometry;
+use super::{Clump, Round, Shape as Typed};
+use mics_shapes::{Geometry, Scaled};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI};
@@ -99,9 +100,9 @@ fn equal_volume_diameter(geometry: &dyn Geometry) -> f64 {
 
 /// A solid as it is by itself, before it is scaled.
 #[derive(Debug)]
-pub(super) struct Base {
+pub(in crate::config) struct Base {
     /// What a case says of it, with nothing in other files and no diameter.
-    typed: raw::Shape,
+    typed: Typed,
     geometry: Arc<dyn Geometry>,
     /// Of the disc or sphere of its volume (m).
     diameter: f64,
@@ -131,8 +132,8 @@ impl Solid {
     ///
     /// # Errors
     /// When it is none, in words.
-    pub(super) fn new(typed: raw::Shape) -> Result<Solid, String> {
-        let geometry = typed.geometry(1.0)?;
+    pub(in crate::config) fn new(typed: Typed) -> Result<Solid, String> {
+        let geometry = typed.geometry()?;
         let diameter = equal_volume_diameter(&*geometry);
         let base = Base {
             typed,
@@ -146,26 +147,19 @@ impl Solid {
 
     /// The same, scaled to this diameter (m) of the disc or sphere of its volume; `None`: as large
     /// as it is by itself.
-    ///
-    /// # Errors
-    /// When it cannot be built at that size, in words.
-    pub(super) fn of_diameter(&self, wanted: Option<f64>) -> Result<Solid, String> {
-        let Base { typed, geometry, diameter, scaled, .. } = &*self.base;
+    pub(in crate::config) fn of_diameter(&self, wanted: Option<f64>) -> Solid {
+        let Base { geometry, diameter, scaled, .. } = &*self.base;
         let geometry = match wanted {
             None => geometry.clone(),
             Some(wanted) => {
                 let mut scaled = scaled.lock().unwrap_or_else(PoisonError::into_inner);
-                match scaled.get(&wanted.to_bits()) {
-                    Some(geometry) => geometry.clone(),
-                    None => {
-                        let geometry = typed.geometry(wanted / diameter)?;
-                        scaled.insert(wanted.to_bits(), geometry.clone());
-                        geometry
-                    }
-                }
+                let new = || -> Arc<dyn Geometry> {
+                    Arc::new(Scaled::new(geometry.clone(), wanted / diameter))
+                };
+                scaled.entry(wanted.to_bits()).or_insert_with(new).clone()
             }
         };
-        Ok(Solid { base: self.base.clone(), wanted, geometry })
+        Solid { base: self.base.clone(), wanted, geometry }
     }
 
     /// What it is, in its own axes.
@@ -189,36 +183,33 @@ impl Solid {
     }
 
     /// What a case says of it, with nothing in other files.
-    pub(super) fn typed(&self) -> raw::Shape {
+    pub(in crate::config) fn typed(&self) -> Typed {
         self.base.typed.of_diameter(self.wanted)
     }
 
     /// The diameter (m) to which it is scaled, if it is.
-    pub(super) fn wanted(&self) -> Option<f64> {
+    pub(in crate::config) fn wanted(&self) -> Option<f64> {
         self.wanted
     }
 
     /// Whether a case says it in a few numbers.
-    pub(super) fn is_brief(&self) -> bool {
-        !matches!(
-            self.base.typed,
-            raw::Shape::Polygon(_) | raw::Shape::Polyhedron(_) | raw::Shape::Clump(_)
-        )
+    pub(in crate::config) fn is_brief(&self) -> bool {
+        !matches!(self.base.typed, Typed::Polygon(_) | Typed::Polyhedron(_) | Typed::Clump(_))
     }
 
     /// How many corners or faces or balls it is made of, in words; empty where that says nothing.
     pub fn detail(&self) -> String {
         match &self.base.typed {
-            raw::Shape::Polygon(polygon) => {
+            Typed::Polygon(polygon) => {
                 format!(" of {} corners", polygon.points.as_ref().map_or(0, Vec::len))
             }
-            raw::Shape::Polyhedron(polyhedron) => {
+            Typed::Polyhedron(polyhedron) => {
                 format!(" of {} corners", polyhedron.points.as_ref().map_or(0, Vec::len))
             }
-            raw::Shape::Clump(raw::Clump { discs: Some(discs), .. }) => {
+            Typed::Clump(Clump { discs: Some(discs), .. }) => {
                 format!(" of {} discs", discs.len())
             }
-            raw::Shape::Clump(raw::Clump { spheres: Some(spheres), .. }) => {
+            Typed::Clump(Clump { spheres: Some(spheres), .. }) => {
                 format!(" of {} spheres", spheres.len())
             }
             _ => String::new(),
@@ -233,7 +224,7 @@ impl Solid {
     }
 
     /// Points of its surface in its own axes (m), a twentieth of its size apart.
-    pub(super) fn points(&self) -> impl Iterator<Item = Vector3<f64>> {
+    pub(in crate::config) fn points(&self) -> impl Iterator<Item = Vector3<f64>> {
         let Base { geometry, surface, diameter, .. } = &*self.base;
         let points = surface.get_or_init(|| {
             geometry.surface(0.05 * geometry.radius()).iter().map(|patch| patch.place).collect()
