@@ -61,6 +61,7 @@ mod scenes;
 mod seam;
 mod shape_cases;
 mod sharp;
+mod solids;
 mod spin;
 mod statistics;
 mod study;

@@ -94,6 +94,11 @@ impl Geometry for Scaled {
         (power * volume, power * self.factor * first)
     }
 
+    fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
+        let way = self.base.meets_itself(&(foot / self.factor), normal)?;
+        Some(self.factor * way)
+    }
+
     fn parts(&self) -> &[Part] {
         &self.parts
     }

@@ -10,7 +10,8 @@
 //! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any
 //! axis but n is seen.
 
-use super::{outline, section};
+use super::outline::Surface;
+use super::section;
 use crate::figure::{Disc, Scale};
 use mics_run::bodies::Pose;
 use mics_run::config::{Case, Motion, Particle};
@@ -158,7 +159,7 @@ pub fn discs(
     let greys = Colours::greys(case);
     let (axes, materials) = (section::axes(axis), materials(case));
     let mut discs = Vec::new();
-    let mut surfaces: HashMap<*const (), Vec<[Vector3<f64>; 3]>> = HashMap::new();
+    let mut surfaces: HashMap<*const (), Surface> = HashMap::new();
     let names = unique_names(case);
     for (id, p) in case.particle.iter().enumerate() {
         // What moves and has no place has left the box or not come in.
@@ -185,9 +186,9 @@ pub fn discs(
         let (mut radius, mut outline) = (square.sqrt(), Vec::new());
         if let Some(solid) = p.shape.solid() {
             let geometry = Arc::as_ptr(solid.geometry()).cast::<()>();
-            let surface = surfaces.entry(geometry).or_insert_with(|| outline::surface(solid));
+            let surface = surfaces.entry(geometry).or_insert_with(|| Surface::of(solid));
             let turn = pose.orientation.unwrap_or_else(|| p.turn());
-            outline = outline::rings(surface, &turn, axes, -off, (case.dimension(), reach));
+            outline = surface.rings(&turn, axes, -off, (case.dimension(), reach));
             let corners = outline.iter().flatten().map(|at| at[0].hypot(at[1]));
             radius = corners.fold(0.0, f64::max);
             if outline.is_empty() {
