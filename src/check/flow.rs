@@ -6,7 +6,7 @@ use super::particles::{doubled, sticks};
 use crate::Result;
 use crate::config::{Case, Side};
 use crate::scene::Scene;
-use crate::words::{brief, number};
+use crate::words::{brief, number, rounded};
 
 /// Part of a velocity that the divergence left by the pressure may change over the box: a tenth of
 /// the best accuracy that forces are found to (0.1 %), so that it is never what limits them.
@@ -65,7 +65,7 @@ pub fn reynolds(case: &Case) -> Option<String> {
         "Reynolds     {} (speed {} m/s, {of} {} m)",
         number_of_flow(speed * length / nu),
         number(speed),
-        number(length)
+        rounded(length)
     ))
 }
 

@@ -80,7 +80,7 @@ pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> 
     let free = || scene.state.bodies.iter().filter(|body| body.freedom().is_some());
     // What they would have from a fall by a hundredth of their diameters.
     let weight = |body: &Body| (body.mass() - case.fluid.density * body.volume()).abs() * g;
-    let fall = free().map(|body| 0.02 * body.radius() * weight(body)).sum::<f64>();
+    let fall = free().map(|body| 0.01 * body.diameter() * weight(body)).sum::<f64>();
     let lightest = free().map(Body::mass).fold(f64::INFINITY, f64::min);
     (stored > fall && lightest.is_finite()).then(|| {
         format!(
@@ -91,12 +91,12 @@ pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> 
     })
 }
 
-/// Cells across the smallest particle; `None` without particles.
+/// Cells across the thinnest part of any particle; `None` without particles.
 fn cells_across(case: &Case) -> Option<f64> {
     let widest = case.spacings().into_iter().fold(0.0, f64::max);
     case.particle
         .iter()
-        .map(|p| p.shape.diameter())
+        .map(|p| p.shape.thickness())
         .min_by(f64::total_cmp)
         .map(|least| least / widest)
 }
@@ -107,8 +107,9 @@ pub fn unresolved(case: &Case) -> Option<String> {
     if smallest < RESOLVED {
         let cells = case.domain.cells.iter().map(|&n| whole((n as f64 * GOOD / smallest).ceil()));
         return Some(format!(
-            "warning      a particle of {} cells is not resolved: {RESOLVED} or more are needed; \
+            "warning      a particle {} {} cells is not resolved: {RESOLVED} or more are needed; \
             domain.cells = [{}] give it {GOOD}",
+            thinnest_words(case),
             if smallest < 1.0 { brief(smallest) } else { format!("{smallest:.1}") },
             cells.collect::<Vec<_>>().join(", ")
         ));
@@ -116,10 +117,19 @@ pub fn unresolved(case: &Case) -> Option<String> {
     // As large as asked for, but for rounding.
     (smallest < GOOD * (1.0 - 1e-9)).then(|| {
         format!(
-            "note         a particle of {smallest:.1} cells is coarse: from {GOOD} on forces are \
-            right within some per cent"
+            "note         a particle {} {smallest:.1} cells is coarse: from {GOOD} on forces are \
+            right within some per cent",
+            thinnest_words(case)
         )
     })
+}
+
+/// How the cells across the thinnest part of any particle are said: that of a round one is all of
+/// it.
+fn thinnest_words(case: &Case) -> &'static str {
+    let thinnest =
+        case.particle.iter().min_by(|a, b| a.shape.thickness().total_cmp(&b.shape.thickness()));
+    if thinnest.is_none_or(|p| p.shape.is_round()) { "of" } else { "whose thinnest part is" }
 }
 
 /// Contacts outside the densities and sizes for which they hold.

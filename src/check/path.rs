@@ -56,7 +56,7 @@ pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
             .map(|(axis, end)| {
                 let speed = body.velocity[axis].abs();
                 let way = if end == 1 { size[axis] - body.centre[axis] } else { body.centre[axis] }
-                    - body.radius();
+                    - body.shape().bounds(&body.orientation())[axis];
                 (state.time + way / speed, body.id, axis, end, speed)
             })
             .collect()

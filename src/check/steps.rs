@@ -76,7 +76,9 @@ fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, later: f64) -
         if face.is_multiple_of(2) { x } else { size - x }
     };
     let gap = |body: &Body| {
-        walls().map(|(face, _)| distance(body, face) - body.radius()).fold(f64::INFINITY, f64::min)
+        let bounds = body.shape().bounds(&body.orientation());
+        let gap = |(face, _): (usize, &Side)| distance(body, face) - bounds[face / 2];
+        walls().map(gap).fold(f64::INFINITY, f64::min)
     };
     let falls = case.fluid.gravity.iter().any(|g| *g != 0.0);
     let long = falls && stages > limits.scheme.weights.len();

@@ -1,47 +1,154 @@
-//! Writes bodies as ParaView opens them ([`mics_run::bodies`]).
+//! Writes bodies as ParaView opens them ([`mics_run::bodies`]): a piece with a point at each
+//! centre, and where some are not round a second piece with their surfaces.
 
 use crate::Result;
 use crate::particles::Body;
 use mics_run::file::replace;
 use nalgebra::Vector3;
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;
+
+/// Triangles along the length of a curved surface.
+const ALONG: f64 = 32.0;
 
 /// Writes the bodies with the forces of the fluid on them (N) at a time (s).
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write(path: &Path, time: f64, bodies: &[Body], forces: &[Vector3<f64>]) -> Result<()> {
-    let count = bodies.len();
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" \
         byte_order=\"LittleEndian\">\n<PolyData>\n<FieldData>\n\
          <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" \
-             format=\"ascii\">{time:?}</DataArray>\n</FieldData>\n\
-         <Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\" NumberOfLines=\"0\" \
-             NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
-         <PointData Scalars=\"radius\" Vectors=\"velocity\">\n"
+             format=\"ascii\">{time:?}</DataArray>\n</FieldData>\n"
     );
-    let vectors = |of: fn(&Body) -> Vector3<f64>| {
-        bodies.iter().flat_map(|b| <[f64; 3]>::from(of(b))).collect::<Vec<_>>()
-    };
-    array(&mut text, "id", 1, bodies.iter().map(|b| b.id as f64));
-    array(&mut text, "radius", 1, bodies.iter().map(Body::radius));
-    array(&mut text, "velocity", 3, vectors(|b| b.velocity));
-    array(&mut text, "spin", 3, vectors(|b| b.spin));
-    array(&mut text, "force", 3, forces.iter().flat_map(|f| <[f64; 3]>::from(*f)));
-    let turned = |b: &Body| [b.orientation.w, b.orientation.i, b.orientation.j, b.orientation.k];
-    array(&mut text, "orientation", 4, bodies.iter().flat_map(turned));
-    text += "</PointData>\n<Points>\n";
-    array(&mut text, "Points", 3, vectors(|b| b.centre));
-    text += "</Points>\n<Verts>\n";
-    for (name, first) in [("connectivity", 0), ("offsets", 1)] {
-        let _ = write!(text, "<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">");
-        (first..first + count).for_each(|at| text += &format!("{at} "));
-        text += "</DataArray>\n";
+    let mut centres = Piece::default();
+    for (body, force) in bodies.iter().zip(forces) {
+        centres.put(body, force, body.centre, body.velocity, body.shape().is_round());
+        centres.vertices.push(vec![centres.places.len() - 1]);
     }
-    text += "</Verts>\n</Piece>\n</PolyData>\n</VTKFile>\n";
+    centres.write(&mut text);
+    if bodies.iter().any(|body| !body.shape().is_round()) {
+        let mut surfaces = Piece::default();
+        bodies.iter().zip(forces).for_each(|(body, force)| surfaces.put_surface(body, force));
+        surfaces.write(&mut text);
+    }
+    text += "</PolyData>\n</VTKFile>\n";
     replace(path, text.as_bytes())
+}
+
+/// Points with what is said of each, and cells of them.
+#[derive(Default)]
+struct Piece<'a> {
+    /// The body that a point is of, and the force of the fluid on it (N).
+    bodies: Vec<(&'a Body, &'a Vector3<f64>)>,
+    /// Where they are (m).
+    places: Vec<Vector3<f64>>,
+    /// How fast they move (m/s).
+    velocities: Vec<Vector3<f64>>,
+    /// What a sphere there would be as large as (m).
+    radii: Vec<f64>,
+    /// The cells: points, segments and triangles.
+    vertices: Vec<Vec<usize>>,
+    lines: Vec<Vec<usize>>,
+    triangles: Vec<Vec<usize>>,
+}
+
+impl<'a> Piece<'a> {
+    /// A point of a body, which a sphere of its radius is drawn at or not.
+    fn put(
+        &mut self,
+        body: &'a Body,
+        force: &'a Vector3<f64>,
+        place: Vector3<f64>,
+        velocity: Vector3<f64>,
+        round: bool,
+    ) {
+        self.bodies.push((body, force));
+        self.places.push(place);
+        self.velocities.push(velocity);
+        self.radii.push(if round { body.radius() } else { 0.0 });
+    }
+
+    /// The surface of a body that is not round.
+    fn put_surface(&mut self, body: &'a Body, force: &'a Vector3<f64>) {
+        let (shape, turn) = (body.shape(), body.orientation());
+        let mut known: HashMap<[u64; 3], usize> = HashMap::new();
+        for corners in shape.triangles(2.0 * shape.radius() / ALONG) {
+            let corner = |corner: Vector3<f64>| {
+                *known.entry(<[f64; 3]>::from(corner).map(f64::to_bits)).or_insert_with(|| {
+                    let arm = turn * corner;
+                    let velocity = body.velocity + body.spin.cross(&arm);
+                    self.put(body, force, body.centre + arm, velocity, false);
+                    self.places.len() - 1
+                })
+            };
+            let [a, b, c] = corners.map(corner);
+            if b == c {
+                self.lines.push(vec![a, b]);
+            } else {
+                self.triangles.push(vec![a, b, c]);
+            }
+        }
+    }
+
+    fn write(&self, text: &mut String) {
+        let count = |cells: &[Vec<usize>]| cells.len();
+        let _ = write!(
+            text,
+            "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" \
+             NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n\
+             <PointData Scalars=\"radius\" Vectors=\"velocity\">\n",
+            self.places.len(),
+            count(&self.vertices),
+            count(&self.lines),
+            count(&self.triangles)
+        );
+        let all = || self.bodies.iter();
+        let vectors = |of: &[Vector3<f64>]| -> Vec<f64> {
+            of.iter().flat_map(|v| <[f64; 3]>::from(*v)).collect()
+        };
+        array(text, "id", 1, all().map(|(body, _)| body.id as f64));
+        array(text, "radius", 1, self.radii.iter().copied());
+        array(text, "diameter", 1, all().map(|(body, _)| body.diameter()));
+        array(text, "velocity", 3, vectors(&self.velocities));
+        array(text, "spin", 3, all().flat_map(|(body, _)| <[f64; 3]>::from(body.spin)));
+        array(text, "force", 3, all().flat_map(|(_, force)| <[f64; 3]>::from(**force)));
+        let turned = |body: &Body| {
+            [body.orientation.w, body.orientation.i, body.orientation.j, body.orientation.k]
+        };
+        array(text, "orientation", 4, all().flat_map(|(body, _)| turned(body)));
+        *text += "</PointData>\n<Points>\n";
+        array(text, "Points", 3, vectors(&self.places));
+        *text += "</Points>\n";
+        cells(text, "Verts", &self.vertices);
+        cells(text, "Lines", &self.lines);
+        cells(text, "Polys", &self.triangles);
+        *text += "</Piece>\n";
+    }
+}
+
+/// Cells by the numbers of their points.
+fn cells(text: &mut String, kind: &str, cells: &[Vec<usize>]) {
+    let mut end = 0;
+    let ends = cells.iter().map(|cell| {
+        end += cell.len();
+        end
+    });
+    let arrays = [
+        ("connectivity", cells.iter().flatten().copied().collect::<Vec<_>>()),
+        ("offsets", ends.collect()),
+    ];
+    let _ = writeln!(text, "<{kind}>");
+    for (name, numbers) in arrays {
+        let _ = write!(text, "<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">");
+        numbers.iter().for_each(|number| {
+            let _ = write!(text, "{number} ");
+        });
+        *text += "</DataArray>\n";
+    }
+    let _ = writeln!(text, "</{kind}>");
 }
 
 fn array(text: &mut String, name: &str, components: usize, values: impl IntoIterator<Item = f64>) {
@@ -51,16 +158,19 @@ fn array(text: &mut String, name: &str, components: usize, values: impl IntoIter
         "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
         format=\"ascii\">"
     );
-    values.into_iter().for_each(|value| text.push_str(&format!("{value} ")));
+    values.into_iter().for_each(|value| {
+        let _ = write!(text, "{value} ");
+    });
     text.push_str("</DataArray>\n");
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Disc;
+    use crate::geometry::{Disc, Solid};
     use mics_run::bodies::read;
     use nalgebra::UnitQuaternion;
+    use std::f64::consts::FRAC_PI_4;
     use std::sync::Arc;
 
     #[test]
@@ -79,7 +189,38 @@ mod tests {
         assert_eq!((poses[&7].centre, poses[&7].speed), ([0.25, 0.5, 0.0], 5.0));
         assert!(poses[&7].orientation.unwrap().angle_to(&turned) < 1e-12);
         let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text.matches("<Piece").count(), 1);
         std::fs::write(&path, &text[..text.len() / 2]).unwrap();
         assert!(read(&path).unwrap_err().to_string().contains("not bodies that mics wrote"));
+    }
+
+    #[test]
+    fn surface_of_turned_body_lies_around_its_centre_and_moves_with_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("bodies.vtp");
+        let square =
+            mics_shapes::Polygon::new(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]], 0.0);
+        let shape = Arc::new(Solid(Arc::new(square.unwrap())));
+        let mut body = Body::new(shape, 1.0, 0.0, Vector3::new(5.0, 5.0, 0.0));
+        body.orientation = UnitQuaternion::from_scaled_axis(Vector3::z() * FRAC_PI_4);
+        (body.velocity, body.spin) = (Vector3::new(1.0, 0.0, 0.0), Vector3::z());
+        write(&path, 0.0, &[body], &[Vector3::zeros()]).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains("NumberOfPoints=\"1\"") && text.contains("NumberOfLines=\"4\""));
+        let surface = &text[text.rfind("<Piece").unwrap()..];
+        let numbers = |name: &str| -> Vec<f64> {
+            let from = surface.find(&format!("Name=\"{name}\"")).unwrap();
+            let values = surface[from..].split(['>', '<']).nth(1).unwrap();
+            values.split_ascii_whitespace().map(|number| number.parse().unwrap()).collect()
+        };
+        for (at, v) in numbers("Points").chunks(3).zip(numbers("velocity").chunks(3)) {
+            let arm = [at[0] - 5.0, at[1] - 5.0];
+            // The corners of the diamond.
+            assert!((arm[0].abs() + arm[1].abs() - 2.0_f64.sqrt()).abs() < 1e-9, "{arm:?}");
+            assert!((v[0] - 1.0 + arm[1]).abs() < 1e-12 && (v[1] - arm[0]).abs() < 1e-12);
+        }
+        assert!(numbers("radius").iter().all(|r| *r == 0.0));
+        // Centres are read from the first piece.
+        assert_eq!(read(&path).unwrap()[&0].centre, [5.0, 5.0, 0.0]);
     }
 }

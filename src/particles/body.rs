@@ -5,7 +5,7 @@ use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::geometry::{Orientation, Placed, Shape};
 use nalgebra::{UnitQuaternion, Vector3};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// What moves a body.
@@ -99,9 +99,9 @@ pub struct Body {
     pub crossed: Vector3<f64>,
     /// Velocity of the centre (m/s).
     pub velocity: Vector3<f64>,
-    /// Angle turned about z since time 0 (rad).
+    /// Angle about z (rad), in 2D that of its own axes, all turns counted.
     pub angle: f64,
-    /// Orientation, from the state at time 0.
+    /// What brings its own axes into those of the box.
     pub orientation: UnitQuaternion<f64>,
     /// Angular velocity (rad/s).
     pub spin: Vector3<f64>,
@@ -142,6 +142,16 @@ impl Body {
     /// Radius of the sphere about its centre that holds all of it (m).
     pub fn radius(&self) -> f64 {
         self.radius
+    }
+
+    /// Diameter of the disc or sphere of its volume (m).
+    pub fn diameter(&self) -> f64 {
+        let volume = self.shape.volume();
+        match self.shape.dimension() {
+            _ if self.shape.is_round() => 2.0 * self.radius,
+            2 => (4.0 / PI * volume).sqrt(),
+            _ => (6.0 / PI * volume).cbrt(),
+        }
     }
 
     /// What brings its own axes into those of the box; of a round body, which does not show it,

@@ -4,7 +4,7 @@ use crate::config::{self, Case, Side};
 use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps, Wall, WallSide};
 use crate::domain::Domain;
 use crate::drive::Drive;
-use crate::geometry::{Disc, Shape, Sphere, fraction};
+use crate::geometry::{Disc, Shape, Solid, Sphere, fraction};
 use crate::grid::{BoundaryKind, Coefficient, Grid, SideVelocity};
 use crate::method::Method;
 use crate::method::flow::Flow;
@@ -75,12 +75,14 @@ pub(super) fn body(p: &config::Particle) -> Body {
         }
     };
     let radius = 0.5 * p.shape.diameter();
-    let shape: Arc<dyn Shape> = match p.shape {
+    let shape: Arc<dyn Shape> = match &p.shape {
         config::Shape::Disc(_) => Arc::new(Disc { radius }),
         config::Shape::Sphere(_) => Arc::new(Sphere { radius }),
+        config::Shape::Solid(solid) => Arc::new(Solid(solid.geometry().clone())),
     };
     let mut body = Body::new(shape, p.density, p.viscosity, vector(&p.position));
     (body.velocity, body.spin, body.motion) = (velocity, Vector3::from(spin), motion);
+    (body.orientation, body.angle) = (p.turn(), p.angle());
     body
 }
 

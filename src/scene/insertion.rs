@@ -105,7 +105,7 @@ impl<const D: usize> Scene<D> {
             if enter.time > self.state.time {
                 continue;
             }
-            let radius = 0.5 * particle.shape.diameter();
+            let radius = 0.5 * particle.shape.bounding_diameter();
             if full.iter().any(|(region, gap, least)| {
                 enter.region.as_ref() == Some(*region) && enter.gap >= *gap && radius >= *least
             }) {

@@ -1,9 +1,11 @@
 //! Bodies as ParaView opens them (`.vtp`): a point at each centre with what a glyph of it needs,
-//! beside the fields of the same time.
+//! and the surfaces of those that are not round, beside the fields of the same time.
 //!
 //! ```text
-//!   id, radius (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y, z)
-//!              a sphere: Glyph, scaled by radius
+//!   id, radius (m), diameter (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y,
+//! z)
+//!              a sphere: Glyph, scaled by radius, which is 0 of what is not round
+//!              the others: their surfaces, whose points have the velocity there
 //! ```
 
 use crate::{Error, Result};

@@ -11,11 +11,46 @@
 //! A shape of two dimensions lies in the plane z = 0 and is the section of a cylinder of unit
 //! depth.
 
+mod ball;
+mod clump;
+mod convex;
+mod disc;
+mod ellipse;
+mod ellipsoid;
+mod facets;
+mod flat;
 mod part;
+mod patches;
+mod polygon;
+mod polyhedron;
+mod scaled;
+#[cfg(test)]
+mod scatter;
+pub mod stl;
+mod superquadric;
 
+pub use clump::Clump;
+pub use ellipse::Ellipse;
+pub use ellipsoid::Ellipsoid;
 pub use part::{Core, Face, Part, Polytope};
+pub use polygon::Polygon;
+pub use polyhedron::Polyhedron;
+pub use scaled::Scaled;
+pub use superquadric::Superquadric;
 
 use nalgebra::{Matrix3, Vector3};
+
+/// What is wrong with a shape, in words for the user, without the name of the file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault(pub String);
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Fault {}
 
 /// The point of a surface that is nearest to another point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +104,12 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// edges `half` (m; own axes, the third zero in 2D), which are normal to each other, and the
     /// integral of the place over that (m4; m3).
     fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>);
+
+    /// How far a ray from a point of the surface, along the normal there, goes until it meets the
+    /// body again (m); none where it does not, as of any convex one.
+    fn meets_itself(&self, _foot: &Vector3<f64>, _normal: &Vector3<f64>) -> Option<f64> {
+        None
+    }
 
     /// Its convex parts; their union is the solid, as contacts see it.
     fn parts(&self) -> &[Part];

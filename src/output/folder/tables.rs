@@ -3,7 +3,7 @@
 
 use super::super::rows::Rows;
 use super::Folder;
-use crate::config::{Case, ForceRule, Motion, Shape};
+use crate::config::{Case, ForceRule, Motion};
 use crate::particles::Body;
 use crate::poisson::SolveRow;
 use crate::state::{Exchange, State};
@@ -79,8 +79,8 @@ pub(super) fn particle_columns(dimension: usize) -> String {
     [PARTICLE_COLUMNS, if dimension == 3 { ORIENTATION_COLUMNS } else { "" }].concat()
 }
 
-/// Writes what each particle is: its number, name, material, shape, diameter (m), density (kg/m3)
-/// and motion.
+/// Writes what each particle is: its number, name, material, shape, diameter (m; of what is not
+/// round that of the disc or sphere of its volume), density (kg/m3) and motion.
 pub(super) fn write_roster(path: &Path, case: &Case) -> Result<()> {
     if case.particle.is_empty() {
         return Ok(());
@@ -91,7 +91,6 @@ pub(super) fn write_roster(path: &Path, case: &Case) -> Result<()> {
         .map_err(failed)?;
     for (id, p) in case.particle.iter().enumerate() {
         let name = p.name.clone().unwrap_or_default();
-        let shape = if matches!(p.shape, Shape::Disc(_)) { "disc" } else { "sphere" };
         let motion = match p.motion {
             Motion::Free { .. } => "free",
             Motion::Fixed => "fixed",
@@ -99,7 +98,7 @@ pub(super) fn write_roster(path: &Path, case: &Case) -> Result<()> {
         };
         let [id, diameter, density] =
             [id.to_string(), format!("{:?}", p.shape.diameter()), format!("{:?}", p.density)];
-        rows.write_record([&id, &name, &p.material, shape, &diameter, &density, motion])
+        rows.write_record([&id, &name, &p.material, p.shape.name(), &diameter, &density, motion])
             .map_err(failed)?;
     }
     let text = rows.into_inner().map_err(|e| Error::io(path.join(ROSTER))(e.into_error()))?;
@@ -162,7 +161,7 @@ impl Folder {
         }
         let Some(rows) = &mut self.passages else { return Ok(()) };
         let (c, v) = (body.centre, body.velocity);
-        let (id, mass, diameter) = (body.id, body.mass(), 2.0 * body.radius());
+        let (id, mass, diameter) = (body.id, body.mass(), body.diameter());
         rows.add(format_args!(
             "{step},{time:?},{id},{what},{mass:?},{diameter:?},{:?},{:?},{:?},{:?},{:?},{:?}",
             c.x, c.y, c.z, v.x, v.y, v.z

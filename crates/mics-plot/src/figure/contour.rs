@@ -17,7 +17,7 @@
 
 use std::collections::BTreeMap;
 
-use super::trace::{Point, distance};
+use super::trace::Point;
 use super::{Disc, Plane};
 
 /// The lines of a level, each from one end to the other, or closed with its last point on its
@@ -133,7 +133,7 @@ fn outside_of(line: &[Point], disc: &Disc) -> Vec<Vec<Point>> {
     let mut parts = vec![Vec::new()];
     for pair in line.windows(2).filter(|pair| pair[0] != pair[1]) {
         let at = |part: f64| [0, 1].map(|k| pair[0][k] + part * (pair[1][k] - pair[0][k]));
-        let (enters, leaves) = covered(pair[0], pair[1], disc).unwrap_or((1.0, 1.0));
+        let (enters, leaves) = disc.covered(pair[0], pair[1]).unwrap_or((1.0, 1.0));
         let mut add = |from: f64, to: f64| {
             let Some(part) = parts.last_mut().filter(|_| to > from) else { return };
             if part.is_empty() {
@@ -152,20 +152,10 @@ fn outside_of(line: &[Point], disc: &Disc) -> Vec<Vec<Point>> {
     parts
 }
 
-/// The parts of the way from `a` to `b` between which it is in a disc.
-fn covered(a: Point, b: Point, disc: &Disc) -> Option<(f64, f64)> {
-    let ([x, y], length) = ([0, 1].map(|k| disc.centre[k] - a[k]), distance(a, b));
-    let [dx, dy] = [0, 1].map(|k| (b[k] - a[k]) / length);
-    let (nearest, aside) = (x * dx + y * dy, x * dy - y * dx);
-    let half = (disc.radius * disc.radius - aside * aside).sqrt();
-    let [enters, leaves] =
-        [nearest - half, nearest + half].map(|way| (way / length).clamp(0.0, 1.0));
-    (leaves > enters).then_some((enters, leaves))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figure::trace::distance;
     use std::f64::consts::TAU;
 
     /// A plane of 2 x 2 around its middle, with a value of each cell's centre.

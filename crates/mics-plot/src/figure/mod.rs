@@ -12,6 +12,7 @@ mod axis;
 mod canvas;
 mod contour;
 mod curves;
+mod cut;
 mod field;
 mod film;
 mod frame;
@@ -135,8 +136,10 @@ pub struct Scale {
 pub struct Disc {
     /// Centre in the plane's own coordinates.
     pub centre: [f64; 2],
-    /// Radius of the cut.
+    /// Radius of the cut; of what is not round that of a circle that holds it.
     pub radius: f64,
+    /// The rings that bound what is not round, from its centre; none of a round one.
+    pub outline: Vec<Vec<[f64; 2]>>,
     /// Its grey or colour, from 0 (light) to 1 (dark).
     pub shade: f64,
     /// The part of it that is darker and shows how it is turned: where `m[0] x + m[1] y + m[2] >

@@ -1,7 +1,7 @@
 //! What figures of the flow are painted with: colours of values, streamlines, particles, the colour
 //! bar.
 
-use std::f64::consts::{SQRT_2, TAU};
+use std::f64::consts::SQRT_2;
 use std::io;
 use std::ops::Range;
 use std::path::Path;
@@ -229,39 +229,44 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
     let scale = f64::from(plot.extent.0) / plane.size[0];
     let colours = Palette::particles(plane.scale.as_ref());
     for disc in &plane.discs {
-        let rim = outline(disc, plane.size, (disc.radius * scale).clamp(12.0, 128.0) as usize);
-        let pixels = |places: &[Point]| {
-            places.iter().map(|at| plot.pixel(at[0], at[1])).collect::<Vec<Pixel>>()
-        };
-        let marked = disc.mark.map(|[x, y, off]| {
-            let off = off - x * disc.centre[0] - y * disc.centre[1];
-            pixels(&clipped(rim.clone(), [x, y, off]))
-        });
-        let mut rim = pixels(&rim);
-        if rim.len() > 2 {
-            let colour = colours.at(disc.shade);
-            sheet.area(rim.clone(), colour);
-            if let Some(marked) = marked.filter(|places| places.len() > 2) {
-                sheet.area(marked, dark(colour));
-            }
-            rim.push(rim[0]);
-            sheet.line(rim, INK, 3 * THIN / 2);
-            let inside = (0..2).all(|a| (0.0..=plane.size[a]).contains(&disc.centre[a]));
-            // A square in the circle holds it.
-            let room = (disc.radius * scale * SQRT_2) as i32;
-            let label =
-                disc.label.iter().find(|label| canvas::width(label, SMALL) < room && SMALL < room);
-            if let Some(label) = label.filter(|_| inside) {
-                let anchor = (HPos::Center, VPos::Center);
-                sheet.text(
-                    label,
-                    SMALL,
-                    plot.pixel(disc.centre[0], disc.centre[1]),
-                    anchor,
-                    FontTransform::None,
-                );
-            }
+        let corners = (disc.radius * scale).clamp(12.0, 128.0) as usize;
+        for ring in disc.rings(corners) {
+            let rim = in_plane(ring, plane.size);
+            draw_ring(sheet, plot, disc, &rim, colours.at(disc.shade));
         }
+        write_label(sheet, plot, disc, plane.size, scale);
+    }
+}
+
+/// Draws what one ring bounds of a particle, with the part that is marked.
+fn draw_ring(sheet: &mut Sheet, plot: &Frame, disc: &Disc, rim: &[Point], colour: RGBColor) {
+    let pixels =
+        |places: &[Point]| places.iter().map(|at| plot.pixel(at[0], at[1])).collect::<Vec<Pixel>>();
+    let marked = disc.mark.map(|[x, y, off]| {
+        let off = off - x * disc.centre[0] - y * disc.centre[1];
+        pixels(&clipped(rim.to_vec(), [x, y, off]))
+    });
+    let mut rim = pixels(rim);
+    if rim.len() > 2 {
+        sheet.area(rim.clone(), colour);
+        if let Some(marked) = marked.filter(|places| places.len() > 2) {
+            sheet.area(marked, dark(colour));
+        }
+        rim.push(rim[0]);
+        sheet.line(rim, INK, 3 * THIN / 2);
+    }
+}
+
+/// Writes on a particle what there is room for.
+fn write_label(sheet: &mut Sheet, plot: &Frame, disc: &Disc, size: [f64; 2], scale: f64) {
+    let inside = (0..2).all(|a| (0.0..=size[a]).contains(&disc.centre[a]));
+    // A square in the circle holds it.
+    let room = (disc.room() * scale * SQRT_2) as i32;
+    let label = disc.label.iter().find(|label| canvas::width(label, SMALL) < room && SMALL < room);
+    if let Some(label) = label.filter(|_| inside) {
+        let anchor = (HPos::Center, VPos::Center);
+        let at = plot.pixel(disc.centre[0], disc.centre[1]);
+        sheet.text(label, SMALL, at, anchor, FontTransform::None);
     }
 }
 
@@ -299,15 +304,11 @@ fn ramp(anchors: &[u32]) -> Vec<RGBColor> {
     (0..255).map(colour).collect()
 }
 
-/// The part of a disc's rim and of the plane's edges that bounds what of the disc is in the plane.
-fn outline(disc: &Disc, size: [f64; 2], corners: usize) -> Vec<Point> {
-    let angle = |k: usize| k as f64 / corners as f64 * TAU;
-    let rim =
-        |[x, y]: Point, (sin, cos): (f64, f64)| [x + disc.radius * cos, y + disc.radius * sin];
-    let circle = (0..corners).map(|k| rim(disc.centre, angle(k).sin_cos())).collect();
+/// The part of a ring and of the plane's edges that bounds what of it is in the plane.
+fn in_plane(ring: Vec<Point>, size: [f64; 2]) -> Vec<Point> {
     [[1.0, 0.0, 0.0], [-1.0, 0.0, size[0]], [0.0, 1.0, 0.0], [0.0, -1.0, size[1]]]
         .into_iter()
-        .fold(circle, clipped)
+        .fold(ring, clipped)
 }
 
 /// The part of a polygon where `m[0] x + m[1] y + m[2] > 0`.

@@ -42,9 +42,7 @@ pub fn fastest(plane: &Plane) -> f64 {
     let centre = |cell: usize| {
         [(cell % plane.cells[0]) as f64 * h + 0.5 * h, (cell / plane.cells[0]) as f64 * k + 0.5 * k]
     };
-    let outside = |cell: usize| {
-        plane.discs.iter().all(|disc| distance(disc.centre, centre(cell)) > disc.radius)
-    };
+    let outside = |cell: usize| plane.discs.iter().all(|disc| !disc.covers(centre(cell)));
     let speeds = plane.u.iter().zip(&plane.v).map(|(u, v)| u.hypot(*v)).enumerate();
     // Few are faster than all before them, and only those are looked up.
     speeds.fold(
@@ -216,13 +214,8 @@ impl<'a> Tracer<'a> {
     }
 
     fn hits_disc(&self, from: Point, to: Point) -> bool {
-        let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-        self.discs[self.bin(from)].iter().map(|index| &self.plane.discs[*index]).any(|disc| {
-            let [x, y] = [disc.centre[0] - from[0], disc.centre[1] - from[1]];
-            let part =
-                ((x * dx + y * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            distance(disc.centre, [from[0] + part * dx, from[1] + part * dy]) <= disc.radius
-        })
+        let near = &self.discs[self.bin(from)];
+        near.iter().any(|index| self.plane.discs[*index].meets(from, to))
     }
 
     fn near_line(&self, at: Point, reach: f64) -> bool {

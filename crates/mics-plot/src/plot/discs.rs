@@ -10,6 +10,7 @@
 //! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any
 //! axis but n is seen.
 
+use super::outline::Surface;
 use super::section;
 use crate::figure::{Disc, Scale};
 use mics_run::bodies::Pose;
@@ -17,6 +18,7 @@ use mics_run::config::{Case, Motion, Particle};
 use mics_run::words::rounded;
 use nalgebra::Vector3;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Values that have a legend in place of a colour bar, and in figures of curves a line each, at
 /// most.
@@ -157,6 +159,7 @@ pub fn discs(
     let greys = Colours::greys(case);
     let (axes, materials) = (section::axes(axis), materials(case));
     let mut discs = Vec::new();
+    let mut surfaces: HashMap<*const (), Surface> = HashMap::new();
     let names = unique_names(case);
     for (id, p) in case.particle.iter().enumerate() {
         // What moves and has no place has left the box or not come in.
@@ -175,10 +178,22 @@ pub fn discs(
             Some(length) => across - length * (across / length).round(),
             None => across,
         };
-        let diameter = p.shape.diameter();
-        let square = 0.25 * diameter * diameter - off * off;
+        let reach = 0.5 * p.shape.bounding_diameter();
+        let square = reach * reach - off * off;
         if square <= 0.0 {
             continue;
+        }
+        let (mut radius, mut outline) = (square.sqrt(), Vec::new());
+        if let Some(solid) = p.shape.solid() {
+            let geometry = Arc::as_ptr(solid.geometry()).cast::<()>();
+            let surface = surfaces.entry(geometry).or_insert_with(|| Surface::of(solid));
+            let turn = pose.orientation.unwrap_or_else(|| p.turn());
+            outline = surface.rings(&turn, axes, -off, (case.dimension(), reach));
+            let corners = outline.iter().flatten().map(|at| at[0].hypot(at[1]));
+            radius = corners.fold(0.0, f64::max);
+            if outline.is_empty() {
+                continue;
+            }
         }
         let shade = colours.unwrap_or(&greys).shade(&materials, p, &pose);
         let turned = pose.orientation.filter(|_| colours.is_some() && p.motion != Motion::Fixed);
@@ -199,9 +214,9 @@ pub fn discs(
         for (ka, kb) in images(axes[0]).flat_map(|ka| images(axes[1]).map(move |kb| (ka, kb))) {
             let centre =
                 [at[axes[0]] + f64::from(ka) * size[0], at[axes[1]] + f64::from(kb) * size[1]];
-            let radius = square.sqrt();
             if (0..2).all(|a| centre[a] > -radius && centre[a] < size[a] + radius) {
-                discs.push(Disc { centre, radius, shade, mark, label: label.clone() });
+                let (outline, label) = (outline.clone(), label.clone());
+                discs.push(Disc { centre, radius, outline, shade, mark, label });
             }
         }
     }

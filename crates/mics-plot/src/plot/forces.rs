@@ -9,7 +9,6 @@ use crate::figure::{Axes, Chart, Series, SeriesStyle};
 use mics_run::Result;
 use mics_run::config::{Case, WallRule};
 use mics_run::words::rounded;
-use std::f64::consts::PI;
 
 /// Way, in diameters, over which each point of the parts of a force is a mean: single steps jump as
 /// cells change sides.
@@ -173,8 +172,7 @@ pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, 
     let free = rows::free(case, asked).first().copied();
     let (Some(id), Some(up)) = (free, upright(case)) else { return Ok(None) };
     let (particle, diameter) = (&case.particle[id], case.particle[id].shape.diameter());
-    let circle = 0.25 * PI * diameter * diameter;
-    let volume = if case.dimension() == 2 { circle } else { 2.0 / 3.0 * diameter * circle };
+    let volume = particle.shape.volume();
     let pull = case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let weight = (particle.density - case.fluid.density).abs() * volume * pull;
     if weight == 0.0 || rows.is_empty() {
@@ -314,7 +312,7 @@ mod tests {
             parts.iter().map(|s| s.label.as_str()).collect::<Vec<_>>(),
             ["the rest, x", "pressure on the surface, x", "shear on the surface, x"]
         );
-        let weight = 3.0 * PI * 0.01 * 10.0;
+        let weight = 3.0 * std::f64::consts::PI * 0.01 * 10.0;
         let (first, last) = (parts[1].points[0], parts[1].points[parts[1].points.len() - 1]);
         assert!(
             (first.0 - 9.0).abs() < 0.01 && (last.0 - 0.5).abs() < 0.01,

@@ -1,5 +1,5 @@
-//! Bodies of one kind, by name, material and size: which bodies stand for all in a figure, and what
-//! is said of many.
+//! Bodies of one kind, by name, material, shape and size: which bodies stand for all in a figure,
+//! and what is said of many.
 
 use super::discs::{few, materials};
 use crate::figure::COLOURS;
@@ -26,18 +26,25 @@ pub struct Kind {
     pub ids: Vec<usize>,
 }
 
-/// The kinds of some bodies: by name, material and diameter, or by fewer of these where that would
-/// be more than [`LINES`].
+/// The kinds of some bodies: by name, material, shape and diameter, or by fewer of these where that
+/// would be more than [`LINES`].
 pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
     let materials = materials(case).len() > 1;
+    let first = case.particle.first().map(|p| p.shape.name());
+    let shapes = case.particle.iter().any(|p| Some(p.shape.name()) != first);
     let sizes = few(case, |p| p.shape.diameter()).len() > 1;
     let named = |p: &Particle| p.name.clone();
     let made = |p: &Particle| materials.then(|| p.material.clone());
     let sized = |p: &Particle| sizes.then(|| format!("d = {} m", rounded(p.shape.diameter())));
+    let shaped = |p: &Particle| shapes.then(|| p.shape.name().to_owned());
     type Words<'a> = &'a dyn Fn(&Particle) -> Vec<Option<String>>;
-    let finest: [Words; 4] = [
-        &|p| vec![named(p), made(p).filter(|made| p.name.as_ref() != Some(made)), sized(p)],
-        &|p| vec![made(p), sized(p)],
+    let finest: [Words; 5] = [
+        &|p| {
+            let made = made(p).filter(|made| p.name.as_ref() != Some(made));
+            vec![named(p), made, shaped(p), sized(p)]
+        },
+        &|p| vec![made(p), shaped(p), sized(p)],
+        &|p| vec![made(p), shaped(p)],
         &|p| vec![made(p)],
         &|_| Vec::new(),
     ];

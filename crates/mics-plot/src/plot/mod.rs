@@ -13,6 +13,7 @@ mod discs;
 mod fields;
 mod forces;
 mod kinds;
+mod outline;
 mod paths;
 mod probes;
 mod profile;
@@ -24,7 +25,6 @@ mod section;
 mod view;
 
 use crate::figure::{self, Chart};
-use mics_run::bodies::Pose;
 use mics_run::config::{Case, Section, load};
 use mics_run::folder::SOLVES;
 use mics_run::progress::Record;
@@ -261,11 +261,7 @@ impl Last {
         // The rows of a run that goes on may be behind its snapshots.
         let poses = bodies::read(&bodies::beside(&path))?;
         let place = |id: usize| {
-            if poses.is_empty() {
-                rows.centre(0, id).map(Pose::at)
-            } else {
-                poses.get(&id).copied()
-            }
+            if poses.is_empty() { rows.poses(0)(id) } else { poses.get(&id).copied() }
         };
         let sections = section.map_or_else(|| sections(&run.case, place), |section| vec![section]);
         let titled = |section: Section| {

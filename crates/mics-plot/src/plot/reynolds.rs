@@ -105,12 +105,13 @@ fn compared(runs: &[Run], column: &str, references: Vec<Series>) -> Vec<Series> 
     references
 }
 
-/// Whether a case is one body in a uniform stream without walls.
+/// Whether a case is one round body in a uniform stream without walls.
 fn is_isolated(case: &Case) -> bool {
     let uniform = case.sides().any(|(_, side)| matches!(side, Side::Inflow(_)));
     let open =
         |side: &Side| matches!(side, Side::Inflow(_) | Side::Outflow | Side::Periodic | Side::Slip);
-    case.particle.len() == 1 && uniform && case.sides().all(|(_, side)| open(side))
+    let round = case.particle.iter().all(|p| p.shape.is_round());
+    case.particle.len() == 1 && round && uniform && case.sides().all(|(_, side)| open(side))
 }
 
 /// Whether a case is the one of `cylinder_s3.csv`, at any Reynolds number: one fixed disc in its
@@ -122,6 +123,7 @@ fn in_the_box_of_section_3(case: &Case) -> bool {
     let [length, width, from] = REFERENCE_BOX;
     let sides: Vec<&Side> = case.sides().map(|(_, side)| side).collect();
     case.dimension() == 2
+        && disc.shape.is_round()
         && disc.motion == Motion::Fixed
         && near(case.domain.size[0], length, 1e-6 * length)
         && near(case.domain.size[1], width, 1e-6 * width)

@@ -7,6 +7,7 @@ use mics_run::Result;
 use mics_run::bodies::Pose;
 use mics_run::config::{Case, FixedRows, Motion};
 use mics_run::not_a_run;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Take};
@@ -66,8 +67,8 @@ pub struct Rows {
     columns: HashMap<String, usize>,
     /// All rows of the particles that figures show.
     followed: Vec<Vec<f64>>,
-    /// Every particle's centre (m) at each of the times asked for.
-    centres: Vec<HashMap<usize, [f64; 3]>>,
+    /// Where every particle is at each of the times asked for.
+    places: Vec<HashMap<usize, Pose>>,
     /// Every particle's largest speed (m/s).
     pub fastest: HashMap<usize, f64>,
     /// Forces of the fluid (N) by kinds of bodies, where there are more bodies than a figure has
@@ -84,7 +85,7 @@ impl Rows {
     pub fn read(run: &Path, case: &Case, times: &[f64], asked: &[usize]) -> Rows {
         let mut rows = Rows {
             run: run.to_owned(),
-            centres: vec![HashMap::new(); times.len()],
+            places: vec![HashMap::new(); times.len()],
             ..Rows::default()
         };
         let Some(mut reader) = table(&run.join("particles.csv")) else {
@@ -105,15 +106,19 @@ impl Rows {
         let course = |ids: &[usize]| (ids.len() > LINES).then(|| Course::new(case, ids));
         (rows.forces, rows.velocities) = (course(&loaded), course(&free));
         let force = rows.columns.get("fluid_fx").copied();
-        let mut before: HashMap<usize, (f64, [f64; 3])> = HashMap::new();
+        let turn = Turn::of(case, &rows.columns);
+        let mut before: HashMap<usize, (f64, Pose)> = HashMap::new();
         let (mut record, width) = (csv::StringRecord::new(), rows.columns.len());
         while let Ok(true) = reader.read_record(&mut record) {
             let number = |k: usize| record.get(k).and_then(|v| v.parse().ok()).unwrap_or(f64::NAN);
-            let (particle, now) = (number(id) as usize, (number(t), [x, x + 1, x + 2].map(number)));
+            let particle = number(id) as usize;
+            let orientation = turn.filter(|_| is_turned(case, particle)).map(|t| t.read(number));
+            let pose = Pose { orientation, ..Pose::at([x, x + 1, x + 2].map(number)) };
+            let now = (number(t), pose);
             let last = before.insert(particle, now).unwrap_or(now);
-            for (centres, time) in rows.centres.iter_mut().zip(times) {
+            for (places, time) in rows.places.iter_mut().zip(times) {
                 if (last.0..now.0).contains(time) {
-                    centres.insert(particle, between(case, last, now, *time));
+                    places.insert(particle, between(case, last, now, *time));
                 }
             }
             let velocity = [v, v + 1, v + 2].map(number);
@@ -140,22 +145,22 @@ impl Rows {
 
     /// After their last rows (time and centre) particles are where they were in these, at each of
     /// the times asked for.
-    fn end(&mut self, times: &[f64], newest: &HashMap<usize, (f64, [f64; 3])>) {
+    fn end(&mut self, times: &[f64], newest: &HashMap<usize, (f64, Pose)>) {
         let end = newest.values().map(|last| last.0).fold(0.0, f64::max);
-        for (centres, time) in self.centres.iter_mut().zip(times) {
+        for (places, time) in self.places.iter_mut().zip(times) {
             // What has no row at the end has left the box.
             let there = |last: f64| last <= *time * (1.0 + 1e-12) && (last == end || *time <= last);
             let ended = newest.iter().filter(|(_, last)| there(last.0));
-            centres.extend(ended.map(|(particle, last)| (*particle, last.1)));
+            places.extend(ended.map(|(particle, last)| (*particle, last.1)));
         }
     }
 
     /// Without any row, all that does not come in later is where it starts.
     fn begin(&mut self, case: &Case) {
         let there = || case.particle.iter().enumerate().filter(|(_, p)| p.enter.is_none());
-        self.centres
+        self.places
             .iter_mut()
-            .for_each(|centres| centres.extend(there().map(|(id, p)| (id, start(p)))));
+            .for_each(|places| places.extend(there().map(|(id, p)| (id, Pose::at(start(p))))));
     }
 
     /// Whether there are none.
@@ -165,12 +170,7 @@ impl Rows {
 
     /// Where particles are at one of the times asked for, by its number among them.
     pub fn poses(&self, time: usize) -> impl Fn(usize) -> Option<Pose> {
-        move |particle| self.centre(time, particle).map(Pose::at)
-    }
-
-    /// The centre (m) of a particle at one of the times asked for, by its number among them.
-    pub fn centre(&self, time: usize, particle: usize) -> Option<[f64; 3]> {
-        self.centres.get(time)?.get(&particle).copied()
+        move |particle| self.places.get(time)?.get(&particle).copied()
     }
 
     /// A column of one particle that is followed.
@@ -201,9 +201,54 @@ pub fn movers(case: &Case) -> impl Iterator<Item = usize> {
     case.particle.iter().enumerate().filter(|(_, p)| p.motion != Motion::Fixed).map(|(id, _)| id)
 }
 
+/// The columns that say how a particle is turned: its angle in 2D (rad), a quaternion in 3D.
+#[derive(Clone, Copy)]
+enum Turn {
+    Angle(usize),
+    Quaternion([usize; 4]),
+}
+
+impl Turn {
+    /// Those of a case, where they are there.
+    fn of(case: &Case, columns: &HashMap<String, usize>) -> Option<Turn> {
+        if case.dimension() == 2 {
+            return columns.get("angle").copied().map(Turn::Angle);
+        }
+        let [w, x, y, z] = ["qw", "qx", "qy", "qz"].map(|name| columns.get(name).copied());
+        Some(Turn::Quaternion([w?, x?, y?, z?]))
+    }
+
+    fn read(self, number: impl Fn(usize) -> f64) -> UnitQuaternion<f64> {
+        match self {
+            Turn::Angle(k) => UnitQuaternion::from_axis_angle(&Vector3::z_axis(), number(k)),
+            Turn::Quaternion(columns) => {
+                let [w, x, y, z] = columns.map(number);
+                UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+            }
+        }
+    }
+}
+
+/// Whether a figure shows how a particle is turned by its outline.
+fn is_turned(case: &Case, particle: usize) -> bool {
+    case.particle.get(particle).is_some_and(|p| !p.shape.is_round())
+}
+
 /// Where a particle is at a time between two rows; one that crosses a periodic face meanwhile is
 /// where it was.
-fn between(
+fn between(case: &Case, (t0, from): (f64, Pose), (t1, to): (f64, Pose), time: f64) -> Pose {
+    let orientation = from.orientation.zip(to.orientation).map(|(a, b)| {
+        // The shorter way; far apart they have no way between them that is right.
+        let b = if a.coords.dot(&b.coords) < 0.0 { -b.into_inner() } else { b.into_inner() };
+        let part = (time - t0) / (t1 - t0);
+        UnitQuaternion::new_normalize(a.into_inner() * (1.0 - part) + b * part)
+    });
+    let centre = centre_between(case, (t0, from.centre), (t1, to.centre), time);
+    Pose { centre, orientation, ..from }
+}
+
+/// The same of its centre (m).
+fn centre_between(
     case: &Case,
     (t0, from): (f64, [f64; 3]),
     (t1, to): (f64, [f64; 3]),
@@ -238,7 +283,7 @@ mod tests {
         std::fs::write(folder.path().join("particles.csv"), text).unwrap();
         let rows = Rows::read(folder.path(), &case, &[0.0, 0.25, 1.5, 2.0, 7.0], &[]);
         let near = |k: usize, x: f64, y: f64| {
-            let at = rows.centre(k, 0).unwrap();
+            let at = rows.poses(k)(0).unwrap().centre;
             assert!((at[0] - x).abs() < 1e-12 && (at[1] - y).abs() < 1e-12, "{k}: {at:?}");
         };
         near(0, 0.5, 1.8);
@@ -246,9 +291,12 @@ mod tests {
         near(2, 0.9, 1.5);
         near(3, 0.1, 1.4);
         near(4, 0.1, 1.4);
-        assert_eq!((rows.centre(0, 1), rows.centre(5, 0), rows.fastest[&0]), (None, None, 5.0));
+        assert!(rows.poses(0)(1).is_none() && rows.poses(5)(0).is_none());
+        assert_eq!(rows.fastest[&0], 5.0);
         assert_eq!(rows.column(0, "y").unwrap(), [1.8, 1.6, 1.4]);
-        let empty = |folder: &Path| Rows::read(folder, &case, &[0.0], &[]).centre(0, 0);
+        let empty = |folder: &Path| {
+            Rows::read(folder, &case, &[0.0], &[]).poses(0)(0).map(|pose| pose.centre)
+        };
         assert_eq!(
             empty(&folder.path().join("none")),
             Some([0.5, 1.8, 0.0]),

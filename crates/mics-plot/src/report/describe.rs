@@ -215,12 +215,10 @@ fn of_particles(run: &Run, h: f64, all: &mut Numbers) {
             "spacings across the boundary layer of that particle, 1.2 d/sqrt(Re_p) over h".into(),
         );
     }
-    let smallest = case.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min);
-    all.add(
-        "d/h",
-        smallest / h,
-        "cells across the smallest particle; under 4 its flow is not resolved".into(),
-    );
+    let smallest = case.particle.iter().map(|p| p.shape.thickness()).fold(f64::INFINITY, f64::min);
+    let round = case.particle.iter().all(|p| p.shape.is_round());
+    let of = if round { "the smallest particle" } else { "the thinnest part of any particle" };
+    all.add("d/h", smallest / h, format!("cells across {of}; under 4 its flow is not resolved"));
     let g = case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let ratio = |p: &Particle| p.density / case.fluid.density;
     let galileo =

@@ -1,7 +1,7 @@
 //! Parts of a case in words, for `mics check` and reports.
 
 use super::message::suggest;
-use super::{Case, Contact, Damping, Drive, Loss, Motion, Pair, PairLaw, Particle, Side};
+use super::{Case, Contact, Damping, Drive, Loss, Motion, Pair, PairLaw, Particle, Side, Solid};
 use crate::words::rounded;
 use std::collections::BTreeSet;
 
@@ -66,6 +66,7 @@ impl Case {
                 span((cells(d.0), cells(d.1)), &|n| format!("{n:.1}")),
                 span(s, &|s| format!("{s:.4}"))
             );
+            let shapes = self.describe_shapes().into_iter().map(|words| ("shapes".into(), words));
             let entering: Vec<_> = self.particle.iter().filter_map(|p| p.enter.as_ref()).collect();
             let first = entering.iter().map(|enter| enter.time).fold(f64::INFINITY, f64::min);
             let come = format!(
@@ -73,7 +74,7 @@ impl Case {
                 entering.len()
             );
             let come = (!entering.is_empty()).then(|| ("enter".into(), come));
-            return [("particles".into(), words)].into_iter().chain(come).collect();
+            return [("particles".into(), words)].into_iter().chain(shapes).chain(come).collect();
         }
         let line = |(id, p): (usize, &Particle)| {
             let motion = match &p.motion {
@@ -93,7 +94,8 @@ impl Case {
                 .as_ref()
                 .map_or(String::new(), |enter| format!(", enters at {} s", enter.time));
             let words = format!(
-                "d = {} m, d/h = {:.1}, density ratio {:.4}, {motion}{enters}",
+                "{}d = {} m, d/h = {:.1}, density ratio {:.4}, {motion}{enters}",
+                p.shape.solid().map_or(String::new(), |solid| self.describe_solid(solid) + ", "),
                 rounded(d),
                 cells(d),
                 ratio(p)
@@ -101,6 +103,57 @@ impl Case {
             (self.called(id), words)
         };
         self.particle.iter().enumerate().map(line).collect()
+    }
+
+    /// A solid in words: what it is, how long and how thick.
+    fn describe_solid(&self, solid: &Solid) -> String {
+        let widest = self.spacings().into_iter().fold(0.0, f64::max);
+        let (name, detail) = (solid.name(), solid.detail());
+        let geometry = solid.geometry();
+        let (length, thickness) = (2.0 * geometry.radius(), geometry.thickness());
+        format!(
+            "{name}{detail}, up to {} m across, thinnest {} m = {:.1} cells",
+            rounded(length),
+            rounded(thickness),
+            thickness / widest
+        )
+    }
+
+    /// The shapes that are not round, a line each, with how many have them and how large they are.
+    fn describe_shapes(&self) -> Vec<String> {
+        let widest = self.spacings().into_iter().fold(0.0, f64::max);
+        let mut kinds: Vec<(&Solid, usize, [f64; 2], f64)> = Vec::new();
+        for solid in self.particle.iter().filter_map(|p| p.shape.solid()) {
+            let (d, thickness) = (solid.diameter(), solid.geometry().thickness());
+            match kinds.iter_mut().find(|(other, ..)| other.is_like(solid)) {
+                None => kinds.push((solid, 1, [d, d], thickness)),
+                Some((_, count, [low, high], thinnest)) => {
+                    (*count, *low, *high) = (*count + 1, low.min(d), high.max(d));
+                    *thinnest = thinnest.min(thickness);
+                }
+            }
+        }
+        let line = |(solid, count, [low, high], thinnest): (&Solid, usize, [f64; 2], f64)| {
+            let (low, high) = (rounded(low), rounded(high));
+            let sizes = if low == high { low } else { format!("{low} to {high}") };
+            let name = plural(solid.name(), count);
+            format!(
+                "{count} {name}{}, equal-volume diameter {sizes} m, thinnest {} m = {:.1} cells",
+                solid.detail(),
+                rounded(thinnest),
+                thinnest / widest
+            )
+        };
+        kinds.into_iter().map(line).collect()
+    }
+}
+
+/// The name of so many of a shape.
+fn plural(name: &str, count: usize) -> String {
+    match (name, count) {
+        (_, 1) => name.to_owned(),
+        ("polyhedron", _) => "polyhedra".to_owned(),
+        _ => format!("{name}s"),
     }
 }
 

@@ -28,11 +28,12 @@ mod resolved;
 mod speeds;
 mod write;
 
+pub use raw::shape::solid::{Shape, Solid};
 pub use raw::{
     Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, FixedRows, ForceRule,
     FractionRule, GradientRule, History, Lock, MOST_SUBSTEPS, MeanVelocity, MeasureKind, Numerics,
-    Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, Region, Removed, RotationRule,
-    Round, Scheme, Section, Shape, Side, Solver, Statistics, Stiffness, Substeps,
+    Orientation, Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, Region, Removed,
+    RotationRule, Round, Scheme, Section, Side, Solver, Statistics, Stiffness, Substeps,
     TangentialDamping, WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
-use super::raw::{self, begin, expand, measures, name_particles, pairs, validate};
+use super::raw::{self, begin, build_shapes, expand, measures, name_particles, pairs, validate};
 use super::resolve::resolve;
 use super::resolved::Case;
 use super::write::particle;
@@ -21,7 +21,7 @@ pub struct Loaded {
     pub case: Case,
     /// The case file as the user named it.
     pub file: PathBuf,
-    /// What is to be said of the file, a line each: names that have changed.
+    /// What is to be said of the file and those that it names, a line each.
     pub notes: Vec<String>,
     text: String,
     overrides: Vec<String>,
@@ -81,27 +81,32 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
     };
     let overrides: Vec<String> = overrides.iter().map(pad).collect();
     let document = Document::parse(path, &text, &overrides)?;
-    let case = checked(&document, path, &overrides).map_err(|Fault { key, message }| {
+    let (case, said) = checked(&document, path, &overrides).map_err(|Fault { key, message }| {
         let (line, given) = document.place(&key);
         Error::Case { file: path.to_owned(), line, key, message, given }
     })?;
-    let notes = document.renamed();
+    let notes = [document.renamed(), said].concat();
     Ok(Loaded { case, file: path.to_owned(), notes, text, overrides })
 }
 
 /// The case that a document of the file `path` describes, its swarms turned into particles, checked
-/// and resolved.
-fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Case, Fault> {
+/// and resolved, and what is to be said of the files that it names.
+fn checked(
+    document: &Document,
+    path: &Path,
+    overrides: &[String],
+) -> Result<(Case, Vec<String>), Fault> {
     let mut raw = document.to_case()?;
-    validate(&raw)?;
     let folder = path.parent().unwrap_or(Path::new(""));
+    let said = build_shapes(&mut raw, folder)?;
+    validate(&raw)?;
     begin(&mut raw, folder, read_bodies)?;
     expand(&mut raw, folder, read_bodies)?;
     name_particles(&mut raw)?;
     pairs(&raw)?;
     measures(&raw)?;
     drop_references(&mut raw, overrides);
-    resolve(raw)
+    Ok((resolve(raw)?, said))
 }
 
 /// The case that a run wrote out, from its text.
@@ -111,6 +116,7 @@ fn checked(document: &Document, path: &Path, overrides: &[String]) -> Result<Cas
 pub fn written(text: &str) -> Result<Case, String> {
     let document = Document::plain(Path::new("case.toml"), text).map_err(|e| e.to_string())?;
     checked(&document, Path::new(""), &[])
+        .map(|(case, _)| case)
         .map_err(|Fault { key, message }| format!("{key}: {message}"))
 }
 

@@ -47,7 +47,8 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
     let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;
     let along_z = bottom.zip(top).map(|(bottom, top)| [bottom, top]);
-    let smallest = raw.particle.iter().map(|p| p.shape.diameter()).fold(f64::INFINITY, f64::min);
+    let diameters = raw.particle.iter().filter_map(|p| Some(p.built()?.diameter()));
+    let smallest = diameters.fold(f64::INFINITY, f64::min);
     let smallest = if smallest.is_finite() { smallest } else { 0.0 };
     let (force, count) = (raw.coupling.force, raw.particle.len());
     let measures = raw.measure.into_iter().zip(directions);
@@ -59,8 +60,9 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
             .particle
             .into_iter()
             .zip(entrances)
-            .map(|(p, at)| particle(p, at, &fluid, &rest))
-            .collect(),
+            .enumerate()
+            .map(|(index, (p, at))| particle(index, p, at, &fluid, &rest))
+            .collect::<Result<_, _>>()?,
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
         time: time(
             raw.time,
@@ -129,11 +131,16 @@ fn drive(raw: raw::Drive) -> Drive {
 
 /// A particle in this fluid; `rest` is no velocity (m/s).
 fn particle(
+    index: usize,
     raw: raw::Particle,
     entrance: Vec<(f64, f64)>,
     fluid: &Fluid,
     rest: &[f64],
-) -> Particle {
+) -> Result<Particle, Fault> {
+    let shape = raw.built().ok_or_else(|| Fault {
+        key: format!("particle.{index}.shape"),
+        message: "has not been built".to_owned(),
+    })?;
     let velocity = raw.velocity.clone();
     let enter = raw.enter.clone().map(|raw::Enter { time, region, gap, seed }| {
         let (gap, seed) = (gap.unwrap_or(0.0), seed.unwrap_or(1));
@@ -159,16 +166,17 @@ fn particle(
             Motion::Prescribed { velocity, spin, oscillation: prescribed.oscillation }
         }
     };
-    Particle {
+    Ok(Particle {
         name: raw.name,
         material,
-        shape: raw.shape,
+        shape,
+        orientation: raw.orientation,
         density: raw.density.unwrap_or(fluid.density),
         viscosity: raw.viscosity.unwrap_or(fluid.viscosity),
         position: raw.position,
         motion,
         enter,
-    }
+    })
 }
 
 /// The contacts of a case whose smallest particle has this diameter (m).

@@ -1,13 +1,15 @@
 //! A case with nothing left open. Its fields have the names of the file's tables and keys; an
 //! `Option` is physics that the case does without.
 
+use super::raw::shape::solid::Shape;
 use super::raw::{
     Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock, MeanVelocity,
-    MeasureKind, Numerics, Oscillation, Petsc, Preset, Pressure, Probe, Reference, Region, Removed,
-    Scheme, Section, Shape, Side, Statistics, Stiffness, Substeps, TangentialDamping, When,
+    MeasureKind, Numerics, Orientation, Oscillation, Petsc, Preset, Pressure, Probe, Reference,
+    Region, Removed, Scheme, Section, Side, Statistics, Stiffness, Substeps, TangentialDamping,
+    When,
 };
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// A whole case, every default filled in.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,6 +133,8 @@ pub struct Particle {
     pub viscosity: f64,
     /// Centre at time 0 (m), a number for each axis.
     pub position: Vec<f64>,
+    /// How it is turned at time 0, as the case gives it.
+    pub orientation: Option<Orientation>,
     /// What moves it.
     pub motion: Motion,
     /// The name of its material.
@@ -160,6 +164,16 @@ impl Particle {
     /// Whether forces and contacts move it.
     pub fn is_free(&self) -> bool {
         matches!(self.motion, Motion::Free { .. })
+    }
+
+    /// What brings its own axes into those of the box at time 0.
+    pub fn turn(&self) -> UnitQuaternion<f64> {
+        self.orientation.as_ref().map_or(UnitQuaternion::identity(), Orientation::quaternion)
+    }
+
+    /// The angle (rad) about z by which it is turned at time 0 in 2D.
+    pub fn angle(&self) -> f64 {
+        self.orientation.as_ref().map_or(0.0, Orientation::angle)
     }
 }
 

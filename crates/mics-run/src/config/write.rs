@@ -1,6 +1,7 @@
 //! A case written out as a file that gives every key, for the run's folder; it reads back to an
 //! equal case.
 
+use super::raw::shape::solid::{Shape, Solid};
 use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Output, PairLaw,
@@ -13,12 +14,33 @@ impl Case {
     pub fn to_toml(&self) -> String {
         // Bodies one by one at the end: the time that a list of tables takes grows with its square.
         let mut text = text(&file(self));
-        for body in &self.particle {
+        let mut before = Vec::new();
+        for (index, body) in self.particle.iter().enumerate() {
+            let mut body = particle(body);
+            if let Some(solid) = &body.solid {
+                body.shape = referred(solid, index, &mut before);
+            }
             text.push('\n');
-            text += &self::text(&Listed { particle: [particle(body)] });
+            text += &self::text(&Listed { particle: [body] });
         }
         text
     }
+}
+
+/// What a case says of the solid of the body of this number: long lists of points once, in the
+/// first body that has them; `before` are such bodies.
+fn referred(solid: &Solid, index: usize, before: &mut Vec<(usize, Solid)>) -> raw::Shape {
+    if solid.is_brief() {
+        return solid.typed();
+    }
+    let scaled = solid.wanted().is_some();
+    let like =
+        |(_, other): &&(usize, Solid)| other.wanted().is_some() == scaled && other.is_like(solid);
+    if let Some((first, _)) = before.iter().find(like) {
+        return raw::Shape::Like(raw::Like { particle: *first, diameter: solid.wanted() });
+    }
+    before.push((index, solid.clone()));
+    solid.typed()
 }
 
 /// One of the bodies of a file.
@@ -122,7 +144,13 @@ pub(super) fn particle(p: &Particle) -> raw::Particle {
     });
     raw::Particle {
         name: p.name.clone(),
-        shape: p.shape.clone(),
+        shape: match &p.shape {
+            Shape::Disc(round) => raw::Shape::Disc(round.clone()),
+            Shape::Sphere(round) => raw::Shape::Sphere(round.clone()),
+            Shape::Solid(solid) => solid.typed(),
+        },
+        orientation: p.orientation.clone(),
+        solid: p.shape.solid().cloned(),
         density: Some(p.density),
         viscosity: Some(p.viscosity),
         position: p.position.clone(),

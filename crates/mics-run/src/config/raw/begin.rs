@@ -2,7 +2,7 @@
 
 use crate::config::fault::{AXES, Check, Fault};
 use crate::config::raw::particle::{Overlap, below_periods, inside, overlap};
-use crate::config::raw::{Case, Initial, Motion, Particle, Spin};
+use crate::config::raw::{By, Case, Initial, Motion, Orientation, Particle, Spin};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
@@ -35,7 +35,7 @@ pub(in crate::config) fn begin(case: &mut Case, folder: &Path, read: ReadBodies)
     case.initial.inherited = bodies.len();
     case.particle.splice(0..0, bodies);
     for body in &case.particle {
-        below_periods(case, key, body.shape.diameter())?;
+        below_periods(case, key, body.bounding())?;
         inside(case, key, "a particle of that run", body)?;
     }
     if let Some(Overlap { first, second, words }) = overlap(case) {
@@ -98,6 +98,14 @@ pub(super) fn bodies(
         };
         body.position = along(AXES)?;
         body.enter = None;
+        if body.solid.is_some() {
+            body.orientation = Some(match dimension {
+                2 => Orientation::Plane(number("angle")?.to_degrees()),
+                _ => Orientation::By(By {
+                    quaternion: [number("qw")?, number("qx")?, number("qy")?, number("qz")?],
+                }),
+            });
+        }
         if body.motion == Motion::Free {
             body.velocity = Some(along(["vx", "vy", "vz"])?);
             body.spin = Some(match dimension {

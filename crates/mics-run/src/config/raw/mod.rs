@@ -12,9 +12,12 @@ mod drive;
 mod measure;
 mod measure_kind;
 mod numerics;
+mod orientation;
 mod output;
 mod particle;
 pub(super) mod preset;
+pub mod shape;
+mod source;
 mod statistics;
 mod swarm;
 mod validate;
@@ -30,14 +33,19 @@ pub use drive::{Axis, Drive, MeanVelocity};
 pub use measure::{Measure, Reference, When, Which};
 pub use measure_kind::MeasureKind;
 pub use numerics::Numerics;
+pub use orientation::{About, By, Orientation};
 pub use output::{Cadence, Checkpoints, FixedRows, Output, Removed, Section};
-pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Round, Shape, Spin};
+pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Spin};
 pub use preset::Preset;
+pub use shape::{
+    Ball, Clump, Ellipse, Ellipsoid, Like, Listed, Polygon, Polyhedron, Round, Shape, Superquadric,
+};
 pub use statistics::{Probe, Statistics};
-pub use swarm::{Diameters, Feed, Range, Region, Swarm};
+pub use swarm::{Diameters, Feed, Kind, Orientations, Range, Region, Swarm};
 
 pub(super) use begin::begin;
 pub(super) use contact::pairs;
+pub(super) use shape::build as build_shapes;
 pub(super) use swarm::expand;
 pub(super) use validate::{measures, name_particles, validate};
 

@@ -3,8 +3,10 @@
 mod check;
 mod overlap;
 
-use super::{Case, Region};
+use super::shape::solid::{Shape as Built, Solid};
+use super::{Case, Orientation, Region, Shape};
 pub(super) use check::{Nature, below_periods, inside, particle, printable};
+use nalgebra::UnitQuaternion;
 pub(super) use overlap::{Overlap, distance, overlap};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,6 +22,13 @@ pub struct Particle {
     pub name: Option<String>,
     /// Its shape.
     pub shape: Shape,
+    /// How it is turned at time 0: degrees in 2D, `{ axis = [0, 0, 1], degrees = 30 }` in 3D;
+    /// default its own axes are along those of the box.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<Orientation>,
+    /// What its shape is, where that is not round and has been built.
+    #[serde(skip)]
+    pub solid: Option<Solid>,
     /// Density (kg/m3), default the fluid's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
@@ -77,8 +86,35 @@ impl Particle {
             .as_ref()
             .and_then(|enter| Some((enter.region.as_ref()?, enter.gap.unwrap_or(0.0))));
         region
-            .and_then(|(region, gap)| region.room(case, gap, self.shape.diameter()))
+            .and_then(|(region, gap)| region.room(case, gap, self.bounding()))
             .unwrap_or_else(here)
+    }
+
+    /// Diameter (m) of the disc or sphere about its centre that holds all of it.
+    pub fn bounding(&self) -> f64 {
+        self.built().map_or(0.0, |shape| shape.bounding_diameter())
+    }
+
+    /// Its shape as the program sees it; `None` of a solid that has not been built.
+    pub fn built(&self) -> Option<Built> {
+        match &self.shape {
+            Shape::Disc(round) => Some(Built::Disc(round.clone())),
+            Shape::Sphere(round) => Some(Built::Sphere(round.clone())),
+            _ => self.solid.clone().map(Built::Solid),
+        }
+    }
+
+    /// How far it reaches from its centre along an axis (m), to the low and to the high side.
+    pub fn reach(&self, axis: usize) -> [f64; 2] {
+        match &self.solid {
+            Some(solid) => solid.reach(axis, &self.turn()),
+            None => [0.5 * self.bounding(); 2],
+        }
+    }
+
+    /// What brings its own axes into those of the box.
+    pub fn turn(&self) -> UnitQuaternion<f64> {
+        self.orientation.as_ref().map_or(UnitQuaternion::identity(), Orientation::quaternion)
     }
 
     /// The name of its material where none is given.
@@ -102,41 +138,6 @@ pub enum Lock {
     Z,
     /// All rotation.
     Rotation,
-}
-
-/// The shape of a body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Shape {
-    /// A disc (2D), of unit depth.
-    Disc(Round),
-    /// A sphere (3D).
-    Sphere(Round),
-}
-
-impl Shape {
-    /// The diameter (m) of a disc or sphere.
-    pub fn diameter(&self) -> f64 {
-        let (Shape::Disc(round) | Shape::Sphere(round)) = self;
-        round.diameter
-    }
-
-    /// The volume (m3) of a sphere, the area (m2) of a disc.
-    pub fn volume(&self) -> f64 {
-        let d = self.diameter();
-        match self {
-            Shape::Disc(_) => std::f64::consts::FRAC_PI_4 * d * d,
-            Shape::Sphere(_) => std::f64::consts::FRAC_PI_6 * d * d * d,
-        }
-    }
-}
-
-/// The size of a disc or sphere.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Round {
-    /// Diameter (m).
-    pub diameter: f64,
 }
 
 /// What moves a body.

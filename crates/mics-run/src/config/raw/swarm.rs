@@ -1,5 +1,6 @@
 //! Many bodies at once: `[[swarm]]`, turned into entries of `particle`.
 
+mod kinds;
 mod of_run;
 mod placement;
 mod region;
@@ -9,8 +10,11 @@ use std::path::Path;
 
 use super::begin::ReadBodies;
 use super::particle::{Enter, Nature};
-use super::{Case, Lock, Motion, Particle, Round, Shape, Spin};
+use super::shape::sensible;
+use super::{Case, Listed, Lock, Motion, Particle, Shape, Spin};
 use crate::config::fault::{Check, not_negative, positive};
+pub use kinds::Kind;
+use kinds::Made;
 pub use region::Region;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -29,9 +33,24 @@ pub struct Swarm {
     /// in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
-    /// Their diameters (m).
+    /// Their diameters (m); of what is not round those of the disc or sphere of its volume, to
+    /// which it is scaled, and by default as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<Diameters>,
+    /// The shape of all; default a disc in 2D, a sphere in 3D. Those that are not round are put
+    /// down with their bounding discs or spheres clear of each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<Shape>,
+    /// Their shapes, where they have several, each with its share, as in
+    /// `[{ ellipsoid = { axes = [0.02, 0.01, 0.01] }, share = 0.3 }, ...]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shapes: Option<Vec<Listed>>,
+    /// How those that are not round are turned; default at random.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientations: Option<Orientations>,
+    /// What `shape` or `shapes` are, once they have been built.
+    #[serde(skip)]
+    pub solids: Vec<Kind>,
     /// Seed of the random numbers, default 1; the same seed gives the same places on all machines.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
@@ -39,8 +58,9 @@ pub struct Swarm {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// Instead of the keys above: a CSV file, relative to the case file, with columns x, y (z in
-    /// 3D), diameter and, if wanted, density, vx, vy, vz, spin (about z), which win over the keys
-    /// below. The `particles.csv` of a run gives its bodies at its end.
+    /// 3D), diameter (beside `shape` and `shapes` if wanted) and, if wanted, shape (its number in
+    /// `shapes`, from 0), angle (rad; in 3D qw, qx, qy, qz), density, vx, vy, vz, spin (about z),
+    /// which win over the keys below. The `particles.csv` of a run gives its bodies at its end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
     /// Density (kg/m3), default the fluid's.
@@ -81,6 +101,17 @@ pub struct Feed {
     pub from: Option<f64>,
 }
 
+/// How the bodies of a swarm are turned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Orientations {
+    /// At random, every orientation equally likely.
+    #[default]
+    Random,
+    /// As their shapes lie in their own axes.
+    Fixed,
+}
+
 /// The diameters of a swarm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
@@ -119,9 +150,11 @@ const MOST: usize = 1_000_000;
 struct Scatter<'a> {
     count: usize,
     region: &'a Region,
-    diameter: &'a Diameters,
+    diameter: Option<&'a Diameters>,
     seed: u64,
     gap: f64,
+    /// Diameter (m) of the disc or sphere that would hold any of them.
+    widest: f64,
 }
 
 impl Swarm {
@@ -172,15 +205,24 @@ impl Swarm {
         nature.check(&table, case)
     }
 
+    /// Diameter (m) of the disc or sphere that would hold any of its bodies.
+    fn widest(&self) -> f64 {
+        let largest = self.diameter.as_ref().map(|diameter| diameter.bounds()[1]);
+        let widest = self.solids.iter().map(|kind| kind.bounding(largest)).fold(0.0, f64::max);
+        if self.solids.is_empty() { largest.unwrap_or(0.0) } else { widest }
+    }
+
     fn scatter(&self) -> Option<Scatter<'_>> {
         let (count, region, diameter) =
-            (self.count?, self.region.as_ref()?, self.diameter.as_ref()?);
-        Some(Scatter {
+            (self.count?, self.region.as_ref()?, self.diameter.as_ref());
+        let sized = diameter.is_some() || self.shape.is_some() || self.shapes.is_some();
+        sized.then_some(Scatter {
             count,
             region,
             diameter,
             seed: self.seed.unwrap_or(1),
             gap: self.gap.unwrap_or(0.0),
+            widest: self.widest(),
         })
     }
 
@@ -191,22 +233,30 @@ impl Swarm {
             let missing =
                 ["count", "region", "diameter"].into_iter().zip(given).find(|(_, given)| !given);
             let missing = missing.map_or("count", |(name, _)| name);
-            let cure = "a swarm needs count, region and diameter, or from = \"particles.csv\"";
+            let cure = "a swarm needs count, region and diameter (or a shape), or \
+                from = \"particles.csv\"";
             ensure!(false, key(missing), "missing key `{missing}` in [{table}]: {cure}");
             return Ok(());
         };
         ensure!((1..=MOST).contains(&count), key("count"), "must be from 1 to {MOST}, not {count}");
-        let [least, largest] = diameter.bounds();
-        positive(&key("diameter"), least, "m")?;
-        positive(&key("diameter"), largest, "m")?;
-        let holds = least <= largest;
-        ensure!(
-            holds,
-            key("diameter"),
-            "the least, {least:?} m, comes first, then the largest, {largest:?} m"
-        );
+        let bounds = diameter.map(Diameters::bounds);
+        if let Some([least, largest]) = bounds {
+            positive(&key("diameter"), least, "m")?;
+            positive(&key("diameter"), largest, "m")?;
+            let holds = least <= largest;
+            ensure!(
+                holds,
+                key("diameter"),
+                "the least, {least:?} m, comes first, then the largest, {largest:?} m"
+            );
+        }
         not_negative(&key("gap"), gap, "m")?;
-        region.check(case, table, largest, gap)?;
+        for kind in self.solids.iter().filter(|kind| kind.solid.is_some()) {
+            for of in bounds.map_or(vec![None], |bounds| bounds.map(Some).to_vec()) {
+                sensible(case, kind.bounding(of), &key("shape"))?;
+            }
+        }
+        region.check(case, table, self.widest(), gap)?;
         if let Some(Feed { rate, from }) = self.feed {
             ensure!(
                 self.motion.as_ref().is_none_or(|m| *m == Motion::Free),
@@ -220,11 +270,13 @@ impl Swarm {
     }
 
     /// A particle of this swarm, there at time 0.
-    fn particle(&self, dimension: usize, diameter: f64, position: Vec<f64>) -> Particle {
-        let round = Round { diameter };
+    fn particle(&self, made: Made, position: Vec<f64>) -> Particle {
+        let Made { shape, solid, orientation } = made;
         Particle {
             name: self.name.clone(),
-            shape: if dimension == 2 { Shape::Disc(round) } else { Shape::Sphere(round) },
+            shape,
+            orientation,
+            solid,
             density: self.density,
             viscosity: self.viscosity,
             position,
@@ -238,15 +290,11 @@ impl Swarm {
     }
 
     /// The particles that are fed, at the middle of the region until they come in.
-    fn fed(
-        &self,
-        dimension: usize,
-        Feed { rate, from }: &Feed,
-        swarm: &Scatter,
-    ) -> impl Iterator<Item = Particle> {
+    fn fed(&self, dimension: usize, Feed { rate, from }: &Feed, swarm: &Scatter) -> Vec<Particle> {
         let Scatter { region, seed, gap, .. } = swarm;
         let middle = |axis: usize| 0.5 * (region.min[axis] + region.max[axis]);
-        placement::diameters(swarm).0.into_iter().enumerate().map(move |(n, diameter)| {
+        let bodies = swarm.bodies(self, dimension).0.into_iter().enumerate();
+        let entering = bodies.map(|(n, made)| {
             let enter = Enter {
                 time: from.unwrap_or(0.0) + n as f64 / rate,
                 region: Some((*region).clone()),
@@ -254,8 +302,9 @@ impl Swarm {
                 seed: Some(*seed),
             };
             let place = (0..dimension).map(middle).collect();
-            Particle { enter: Some(enter), ..self.particle(dimension, diameter, place) }
-        })
+            Particle { enter: Some(enter), ..self.particle(made, place) }
+        });
+        entering.collect()
     }
 }
 
@@ -279,10 +328,10 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path, read: ReadBodies
                 case.particle.extend(swarm.fed(case.dimension(), feed, &scatter));
             }
             (None, Some(scatter), None) => {
-                for (diameter, place) in
-                    placement::scatter(case, &scatter, &format!("swarm.{index}.count"))?
-                {
-                    case.particle.push(swarm.particle(case.dimension(), diameter, place));
+                let (bodies, random) = scatter.bodies(swarm, case.dimension());
+                let key = format!("swarm.{index}.count");
+                for (made, place) in placement::scatter(case, &scatter, bodies, random, &key)? {
+                    case.particle.push(swarm.particle(made, place));
                 }
             }
             (None, None, _) => {}

@@ -314,6 +314,8 @@ mod tests {
             .map(|place| Particle {
                 name: None,
                 shape: Shape::Disc(Round { diameter: 1e-3 }),
+                orientation: None,
+                solid: None,
                 density: None,
                 viscosity: None,
                 position: place.to_vec(),

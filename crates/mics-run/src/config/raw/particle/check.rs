@@ -3,7 +3,7 @@
 use super::overlap::slack;
 use super::*;
 use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
-use crate::config::raw::FACES;
+use crate::config::raw::{FACES, Round};
 
 impl Enter {
     /// Checks these keys of the table `table` for a body of this diameter (m).
@@ -121,22 +121,22 @@ pub(in crate::config::raw) fn particle(case: &Case, particle: &Particle, index: 
         "is empty: give the particle a name, or remove the key"
     );
     printable(&format!("{table}.name"), particle.name.as_deref())?;
-    let (shape, wanted) = match particle.shape {
-        Shape::Disc(_) => ("disc", 2),
-        Shape::Sphere(_) => ("sphere", 3),
-    };
-    let key = format!("{table}.shape");
-    ensure!(
-        dimension == wanted,
-        key,
-        "a disc is for 2D, a sphere for 3D; this case is {dimension}D"
-    );
-    let diameter = particle.shape.diameter();
-    let key_diameter = format!("{table}.shape.{shape}.diameter");
-    positive(&key_diameter, diameter, "m")?;
+    let key_shape = format!("{table}.shape.{}", particle.shape.key());
+    if let Shape::Disc(Round { diameter }) | Shape::Sphere(Round { diameter }) = particle.shape {
+        let fits = particle.shape.dimension() == Some(dimension);
+        ensure!(
+            fits,
+            format!("{table}.shape"),
+            "a disc is for 2D, a sphere for 3D; this case is {dimension}D"
+        );
+        positive(&format!("{key_shape}.diameter"), diameter, "m")?;
+    }
+    if let Some(orientation) = &particle.orientation {
+        orientation.check(&format!("{table}.orientation"), dimension)?;
+    }
     let place = format!("{table}.position");
     vector(&place, &particle.position, dimension, "m")?;
-    below_periods(case, &key_diameter, diameter)?;
+    below_periods(case, &period_key(&key_shape, particle), particle.bounding())?;
     inside(case, &place, &format!("particle {index}"), particle)?;
     let Particle { motion, density, viscosity, .. } = particle;
     let (velocity, spin) = (particle.velocity.as_deref(), particle.spin.as_ref());
@@ -153,8 +153,13 @@ pub(in crate::config::raw) fn particle(case: &Case, particle: &Particle, index: 
     nature.check(&table, case)?;
     let enter = particle.enter.as_ref();
     enter.map_or(Ok(()), |enter| {
-        enter.check(case, &format!("{table}.enter"), diameter, *motion == Motion::Free)
+        enter.check(case, &format!("{table}.enter"), particle.bounding(), *motion == Motion::Free)
     })
+}
+
+/// The key that says how large a body is.
+fn period_key(shape: &str, particle: &Particle) -> String {
+    if particle.solid.is_some() { shape.to_owned() } else { format!("{shape}.diameter") }
 }
 
 /// No body meets itself across periodic sides: its diameter (m) is below each period.
@@ -172,7 +177,6 @@ pub(in crate::config::raw) fn below_periods(case: &Case, key: &str, diameter: f6
 
 /// The body `who` is within the box: its centre where sides are periodic, all of it elsewhere.
 pub(in crate::config::raw) fn inside(case: &Case, key: &str, who: &str, body: &Particle) -> Check {
-    let diameter = body.shape.diameter();
     for (axis, (&centre, &size)) in body.position.iter().zip(&case.domain.size).enumerate() {
         let x = AXES[axis];
         if case.periodic(axis) {
@@ -183,15 +187,19 @@ pub(in crate::config::raw) fn inside(case: &Case, key: &str, who: &str, body: &P
                 "{who} has its centre at {x} = {centre:?} m, outside {domain}"
             );
         } else {
-            let (low, high, slack) =
-                (centre - 0.5 * diameter, centre + 0.5 * diameter, slack(case, [body; 2]));
+            let [below, above] = body.reach(axis);
+            let (low, high, slack) = (centre - below, centre + above, slack(case, [body; 2]));
             let holds = low >= -slack && high <= size + slack;
             let extent = format!("from {} to {} m along {x}", short(low), short(high));
-            let cure = format!(
-                "move it inside, or make {} and {} periodic",
-                FACES[2 * axis],
-                FACES[2 * axis + 1]
-            );
+            let cure = if high - low > size {
+                "it is larger than the box: look at the units of both, or turn it".to_owned()
+            } else {
+                format!(
+                    "move it inside, or make {} and {} periodic",
+                    FACES[2 * axis],
+                    FACES[2 * axis + 1]
+                )
+            };
             let domain = format!("the domain from 0 to {size:?} m");
             ensure!(holds, key, "{who} reaches {extent}, outside {domain}: {cure}");
         }

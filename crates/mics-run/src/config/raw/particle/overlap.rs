@@ -1,7 +1,11 @@
 //! Bodies that overlap at time 0.
+//!
+//! Round ones do where their centres are too near each other. Of others it is their bounding
+//! spheres that have to meet first, and then points of the surface of one to lie in the other.
 
 use super::*;
-use crate::config::fault::unlike;
+use crate::config::fault::{short, unlike};
+use nalgebra::Vector3;
 
 /// Two bodies that overlap, and by how much.
 pub(in crate::config::raw) struct Overlap {
@@ -17,7 +21,8 @@ pub(in crate::config::raw) struct Overlap {
 /// over those near enough.
 pub(in crate::config::raw) fn overlap(case: &Case) -> Option<Overlap> {
     let bodies = &case.particle;
-    let widest = bodies.iter().map(|body| body.shape.diameter()).fold(0.0, f64::max);
+    let bounding: Vec<f64> = bodies.iter().map(Particle::bounding).collect();
+    let widest = bounding.iter().copied().fold(0.0, f64::max);
     let periods = case.periods();
     let there = bodies.iter().enumerate().filter(|(_, body)| body.enter.is_none());
     let mut along_x: Vec<(f64, usize)> = there.map(|(i, body)| (body.position[0], i)).collect();
@@ -34,17 +39,58 @@ pub(in crate::config::raw) fn overlap(case: &Case) -> Option<Overlap> {
         {
             let distance = distance(&bodies[i].position, &bodies[j].position, &periods);
             let pair = [i, j].map(|k| &bodies[k]);
-            let reach = 0.5 * pair.iter().map(|body| body.shape.diameter()).sum::<f64>();
-            let least = reach - slack(case, pair);
-            if distance < least {
+            let slack = slack(case, pair);
+            let least = 0.5 * (bounding[i] + bounding[j]) - slack;
+            if distance >= least {
+                continue;
+            }
+            let found = |words| Some(Overlap { first: i.min(j), second: i.max(j), words });
+            if pair.iter().all(|body| body.solid.is_none()) {
                 let [distance, least] = unlike(distance, least);
-                let words =
-                    format!("their centres are {distance} m apart, and must be {least} m or more");
-                return Some(Overlap { first: i.min(j), second: i.max(j), words });
+                return found(format!(
+                    "their centres are {distance} m apart, and must be {least} m or more"
+                ));
+            }
+            let depth = depth(pair, &periods);
+            if depth > slack {
+                return found(format!(
+                    "one reaches {} m into the other, and may {} m: move them apart",
+                    short(depth),
+                    short(slack)
+                ));
             }
         }
     }
     None
+}
+
+/// How deep a point of the surface of one of two bodies, of which one is not round, lies in the
+/// other (m); negative where none does.
+fn depth(pair: [&Particle; 2], periods: &[Option<f64>]) -> f64 {
+    let across = |a: &Particle, b: &Particle| {
+        let mut way = Vector3::zeros();
+        for (axis, (from, to)) in a.position.iter().zip(&b.position).enumerate() {
+            let d = to - from;
+            way[axis] = periods[axis].map_or(d, |l| d - l * (d / l).round());
+        }
+        way
+    };
+    // The depth in the solid b of the surface of a.
+    let into = |a: &Particle, b: &Particle| {
+        let Some(solid) = &b.solid else { return f64::NEG_INFINITY };
+        let (from, to) = (a.turn(), b.turn().inverse());
+        let way = across(b, a);
+        let inside = |place: Vector3<f64>| -solid.geometry().nearest(&(to * place)).distance;
+        match &a.solid {
+            None => inside(way) + 0.5 * a.bounding(),
+            Some(other) => {
+                let near = other.points().map(|place| way + from * place);
+                let near = near.filter(|place| place.norm() < 0.5 * b.bounding());
+                near.map(inside).fold(f64::NEG_INFINITY, f64::max)
+            }
+        }
+    };
+    into(pair[0], pair[1]).max(into(pair[1], pair[0]))
 }
 
 /// How far two bodies may overlap (m): as grains do that press on each other, where contacts say
@@ -52,7 +98,8 @@ pub(in crate::config::raw) fn overlap(case: &Case) -> Option<Overlap> {
 pub(super) fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
     let held = pair.iter().all(|body| body.motion != Motion::Free);
     let part = if held || case.contact.is_some() { PRESSED } else { 1e-9 };
-    part * pair.iter().map(|body| body.shape.diameter()).fold(f64::INFINITY, f64::min)
+    let diameter = |body: &Particle| body.built().map_or(0.0, |shape| shape.diameter());
+    part * pair.iter().map(|body| diameter(body)).fold(f64::INFINITY, f64::min)
 }
 
 /// Overlap of grains that press on each other, of the smaller diameter.

@@ -22,6 +22,13 @@ pub(super) fn append(
     read: ReadBodies,
 ) -> Check {
     let run = file.parent().unwrap_or(Path::new(""));
+    let own = swarm.shape.is_some() || swarm.shapes.is_some() || swarm.orientations.is_some();
+    ensure!(
+        !own,
+        key,
+        "that run says what shapes its bodies have and how they are turned: remove shape, shapes \
+        and orientations"
+    );
     let (first, dimension) = (case.particle.len(), case.dimension());
     for mut body in begin::bodies(run, dimension, key, read)? {
         body.name = swarm.name.clone();
@@ -31,7 +38,7 @@ pub(super) fn append(
         if body.motion != Motion::Free {
             (body.velocity, body.spin) = (None, None);
         }
-        below_periods(case, key, body.shape.diameter())?;
+        below_periods(case, key, body.bounding())?;
         let who = format!("{}: particle {}", file.display(), case.particle.len() - first);
         inside(case, key, &who, &body)?;
         case.particle.push(body);

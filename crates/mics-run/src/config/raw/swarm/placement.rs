@@ -8,10 +8,10 @@
 //! so that a seed gives the same places on every platform.
 
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_chacha::rand_core::Rng;
 use std::f64::consts::PI;
 
-use super::Scatter;
+use super::{Made, Scatter};
 use crate::config::fault::Fault;
 use crate::config::raw::particle::distance;
 use crate::config::raw::{Case, Region};
@@ -136,41 +136,37 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// The diameters of a swarm (m), and the random numbers that come after them.
-pub(super) fn diameters(swarm: &Scatter) -> (Vec<f64>, ChaCha8Rng) {
-    let [least, largest] = swarm.diameter.bounds();
-    let mut random = ChaCha8Rng::seed_from_u64(swarm.seed);
-    let one = |_| (least + uniform(&mut random) * (largest - least)).min(largest);
-    ((0..swarm.count).map(one).collect(), random)
-}
-
-/// Diameters (m) and places (m) of a swarm, clear of the case's particles and of each other;
+/// Bodies of a swarm with their places (m), clear of the case's particles and of each other;
 /// refused at `key` where they do not fit.
 pub(super) fn scatter(
     case: &Case,
     swarm: &Scatter,
+    mut bodies: Vec<Made>,
+    mut random: ChaCha8Rng,
     key: &str,
-) -> Result<Vec<(f64, Vec<f64>)>, Fault> {
-    let &Scatter { count, region, gap, .. } = swarm;
-    let (mut diameters, mut random) = diameters(swarm);
+) -> Result<Vec<(Made, Vec<f64>)>, Fault> {
+    let &Scatter { count, region, gap, widest, .. } = swarm;
     let mut uniform = || uniform(&mut random);
-    diameters.sort_by(|a, b| b.total_cmp(a));
-    let largest = swarm.diameter.bounds()[1];
+    bodies.sort_by(|a, b| b.bounding().total_cmp(&a.bounding()));
+    let diameters: Vec<f64> = bodies.iter().map(Made::bounding).collect();
     // Far beyond what any packing reaches nothing is tried.
     let densest = if case.dimension() == 2 { 0.86 } else { 0.70 };
     if count > 1 && covered(region, &diameters, gap) > densest {
-        return Err(Fault { key: key.to_owned(), message: shortage(swarm, &diameters) });
+        return Err(Fault { key: key.to_owned(), message: shortage(swarm, &bodies, &diameters) });
     }
-    let mut taken = Taken::new(case, largest, gap);
+    let mut taken = Taken::new(case, widest, gap);
     for particle in &case.particle {
-        taken.add(particle.shape.diameter(), particle.position.clone());
+        taken.add(particle.bounding(), particle.position.clone());
     }
     let listed = taken.bodies.len();
     let mut rooms = Vec::with_capacity(count);
     let mut overlapping = false;
     for &diameter in &diameters {
         let Some(room) = region.room(case, gap, diameter) else {
-            return Err(Fault { key: key.to_owned(), message: shortage(swarm, &diameters) });
+            return Err(Fault {
+                key: key.to_owned(),
+                message: shortage(swarm, &bodies, &diameters),
+            });
         };
         let mut place = vec![0.0; case.dimension()];
         let mut attempt = || {
@@ -189,9 +185,10 @@ pub(super) fn scatter(
         rooms.push(room);
     }
     if overlapping && !part::part(&mut taken, listed, &rooms) {
-        return Err(Fault { key: key.to_owned(), message: shortage(swarm, &diameters) });
+        return Err(Fault { key: key.to_owned(), message: shortage(swarm, &bodies, &diameters) });
     }
-    Ok(taken.bodies.split_off(listed))
+    let places = taken.bodies.split_off(listed).into_iter().map(|(_, place)| place);
+    Ok(bodies.into_iter().zip(places).collect())
 }
 
 /// The part of a region that bodies would cover, half of the gap (m) around each.
@@ -204,11 +201,15 @@ fn covered(region: &Region, diameters: &[f64], gap: f64) -> f64 {
 }
 
 /// How a swarm fails to fit, and what to do.
-fn shortage(swarm: &Scatter, diameters: &[f64]) -> String {
+fn shortage(swarm: &Scatter, bodies: &[Made], diameters: &[f64]) -> String {
     let Scatter { count, region, gap, .. } = swarm;
     let most = if region.min.len() == 2 { "80 % in 2D" } else { "60 % in 3D" };
+    let they = match bodies.iter().any(|made| made.solid.is_some()) {
+        true => "the discs or spheres about them",
+        false => "they",
+    };
     format!(
-        "{count} do not fit: with their gaps they would cover {:.1} % of the region, and random \
+        "{count} do not fit: with their gaps {they} would cover {:.1} % of the region, and random \
         packings reach about {most}, less in narrow regions and where other bodies are in it: ask \
         for fewer or smaller ones, a smaller gap or a larger region",
         100.0 * covered(region, diameters, *gap)

@@ -3,59 +3,21 @@
 use std::path::Path;
 
 use super::Swarm;
-use crate::config::fault::{AXES, Check, Fault};
+use crate::config::fault::{AXES, Check};
 use crate::config::raw::particle::{Overlap, below_periods, inside, overlap};
-use crate::config::raw::{Case, Motion, Particle, Spin};
+use crate::config::raw::source::{self, Source};
+use crate::config::raw::{By, Case, Kind, Motion, Orientation, Particle, Spin};
 
 /// The columns of a file, by what they hold.
 struct Columns {
     place: Vec<usize>,
-    diameter: usize,
+    diameter: Option<usize>,
+    shape: Option<usize>,
+    /// angle in 2D, qw, qx, qy, qz in 3D.
+    turn: Option<Vec<usize>>,
     density: Option<usize>,
     velocity: Vec<Option<usize>>,
     spin: Option<usize>,
-}
-
-/// A file, and the key that names it.
-struct Source<'a> {
-    path: &'a Path,
-    key: &'a str,
-}
-
-impl Source<'_> {
-    fn refuse(&self, place: &str, what: &str) -> Fault {
-        Fault { key: self.key.to_owned(), message: format!("{place}: {what}") }
-    }
-
-    /// The refusal of a line.
-    fn refuse_line(&self, line: u64, what: &str) -> Fault {
-        self.refuse(&format!("{}:{line}", self.path.display()), what)
-    }
-
-    fn malformed(&self, e: &csv::Error) -> Fault {
-        let line = e.position().map_or(1, |position| position.line());
-        let what = match e.kind() {
-            csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                format!("has {len} columns, and the header {expected_len}")
-            }
-            _ => e.to_string(),
-        };
-        self.refuse_line(line, &what)
-    }
-
-    fn text(&self) -> Result<String, Fault> {
-        let text = std::fs::read_to_string(self.path).map_err(|e| {
-            let what = match e.kind() {
-                std::io::ErrorKind::NotFound => {
-                    "there is no such file; its path goes from the case file's folder".to_owned()
-                }
-                _ => format!("cannot be read: {e}"),
-            };
-            self.refuse(&self.path.display().to_string(), &what)
-        })?;
-        // Where a line ends with two characters, the second would count as another line's.
-        Ok(text.replace("\r\n", "\n"))
-    }
 }
 
 /// Appends the bodies of the file `path` to the case; refusals are at `key` and name the file, and
@@ -63,23 +25,26 @@ impl Source<'_> {
 pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> Check {
     let source = Source { path, key };
     let text = source.text()?;
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
+    let mut reader = source::reader(&text);
     let header = reader.headers().map_err(|e| source.malformed(&e))?.clone();
     let header_line = header.position().map_or(1, |position| position.line());
     let dimension = case.dimension();
-    let columns = columns(&header, dimension, &swarm.motion.clone().unwrap_or_default())
+    let columns = columns(&header, dimension, swarm)
         .map_err(|what| source.refuse_line(header_line, &what))?;
+    let kinds = swarm.kinds(dimension);
+    let mut choices = swarm.choices(dimension, &kinds);
     let listed = case.particle.len();
     let mut lines = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|e| source.malformed(&e))?;
         let line = record.position().map_or(0, |position| position.line());
         let refuse = |what: String| source.refuse_line(line, &what);
-        let particle = particle(swarm, dimension, &columns, &header, &record).map_err(refuse)?;
-        below_periods(case, key, particle.shape.diameter())
+        let particle = choices
+            .next()
+            .ok_or_else(String::new)
+            .and_then(|choice| particle(swarm, choice, &kinds, &columns, &header, &record))
+            .map_err(refuse)?;
+        below_periods(case, key, particle.bounding())
             .map_err(|fault| refuse(format!("column `diameter`: {}", fault.message)))?;
         inside(case, key, "the particle", &particle)
             .map_err(|fault| refuse(format!("columns `x` to `diameter`: {}", fault.message)))?;
@@ -101,22 +66,29 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
 }
 
 /// Finds the columns by the names in the header, or says what is wrong with them.
-fn columns(
-    header: &csv::StringRecord,
-    dimension: usize,
-    motion: &Motion,
-) -> Result<Columns, String> {
+fn columns(header: &csv::StringRecord, dimension: usize, swarm: &Swarm) -> Result<Columns, String> {
     let axes = &AXES[..dimension];
     let speeds = ["vx", "vy", "vz"];
+    let turns = if dimension == 2 { &["angle"][..] } else { &["qw", "qx", "qy", "qz"] };
+    let shaped = !swarm.solids.is_empty();
     let mut known = [axes, &["diameter", "density"]].concat();
-    if *motion == Motion::Free {
+    if shaped {
+        known.push("shape");
+        known.extend(turns);
+    }
+    if swarm.motion.as_ref().is_none_or(|motion| *motion == Motion::Free) {
         known.extend(&speeds[..dimension]);
         known.push("spin");
     }
     for (i, name) in header.iter().enumerate() {
         if !known.contains(&name) {
             let moving = speeds[..dimension].contains(&name) || name == "spin";
-            let why = if moving { "is for motion = \"free\" only" } else { "is unknown" };
+            let turned = turns.contains(&name) || name == "shape";
+            let why = match (moving, turned) {
+                (true, _) => "is for motion = \"free\" only",
+                (_, true) if !shaped => "is for a swarm with shape or shapes",
+                _ => "is unknown",
+            };
             return Err(format!("column `{name}` {why}; known here: {}", known.join(", ")));
         }
         if header.iter().take(i).any(|other| other == name) {
@@ -128,9 +100,19 @@ fn columns(
         let needed = format!("{} and diameter", axes.join(", "));
         find(name).ok_or(format!("column `{name}` is missing: the header must name {needed}"))
     };
+    let turn: Vec<usize> = turns.iter().filter_map(|name| find(name)).collect();
+    if !turn.is_empty() && turn.len() < turns.len() {
+        return Err(format!("an orientation needs all of the columns {}", turns.join(", ")));
+    }
+    let shape = find("shape");
+    if shape.is_none() && swarm.solids.len() > 1 {
+        return Err("column `shape` is missing: the number of each in `shapes`, from 0".to_owned());
+    }
     Ok(Columns {
         place: axes.iter().map(|name| need(name)).collect::<Result<_, _>>()?,
-        diameter: need("diameter")?,
+        diameter: if shaped { find("diameter") } else { Some(need("diameter")?) },
+        shape,
+        turn: (!turn.is_empty()).then_some(turn),
         density: find("density"),
         velocity: speeds[..dimension].iter().map(|name| find(name)).collect(),
         spin: find("spin"),
@@ -140,7 +122,8 @@ fn columns(
 /// The particle of one line, or what is wrong with it.
 fn particle(
     swarm: &Swarm,
-    dimension: usize,
+    (kind, orientation): (&Kind, Option<Orientation>),
+    kinds: &[Kind],
     columns: &Columns,
     header: &csv::StringRecord,
     record: &csv::StringRecord,
@@ -161,7 +144,35 @@ fn particle(
     };
     let place =
         columns.place.iter().map(|column| number(*column)).collect::<Result<Vec<_>, _>>()?;
-    let mut particle = swarm.particle(dimension, positive(columns.diameter, "m")?, place);
+    let dimension = place.len();
+    let diameter = columns.diameter.map(|column| positive(column, "m")).transpose()?;
+    let kind = match columns.shape {
+        None => kind,
+        Some(column) => {
+            let wanted = number(column)?;
+            let found = kinds.iter().enumerate().find(|(k, _)| *k as f64 == wanted);
+            found.map(|(_, kind)| kind).ok_or_else(|| {
+                let last = kinds.len() - 1;
+                format!("column `shape` must be a number of `shapes`, 0 to {last}, not {wanted:?}")
+            })?
+        }
+    };
+    let orientation = match &columns.turn {
+        None => orientation,
+        Some(turn) => {
+            let numbers =
+                turn.iter().map(|column| number(*column)).collect::<Result<Vec<_>, _>>()?;
+            let orientation = match numbers[..] {
+                [w, x, y, z] => Orientation::By(By { quaternion: [w, x, y, z] }),
+                _ => Orientation::Plane(numbers[0].to_degrees()),
+            };
+            orientation
+                .check("columns `qw` to `qz`", dimension)
+                .map_err(|fault| format!("columns `qw` to `qz`: {}", fault.message))?;
+            Some(orientation)
+        }
+    };
+    let mut particle = swarm.particle(kind.made(diameter, orientation), place);
     if let Some(column) = columns.density {
         particle.density = Some(positive(column, "kg/m3")?);
     }

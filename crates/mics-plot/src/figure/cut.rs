@@ -1,0 +1,140 @@
+//! Particles as a plane cuts them: discs, and rings of points of those that are not round.
+
+use super::Disc;
+use super::trace::{Point, distance};
+use std::f64::consts::TAU;
+
+impl Disc {
+    /// The rings that bound it, in the plane's own coordinates: one of about so many `corners` of a
+    /// round one.
+    pub fn rings(&self, corners: usize) -> Vec<Vec<Point>> {
+        let [x, y] = self.centre;
+        if !self.outline.is_empty() {
+            let moved = |ring: &Vec<Point>| ring.iter().map(|[a, b]| [x + a, y + b]).collect();
+            return self.outline.iter().map(moved).collect();
+        }
+        let rim = |k: usize| {
+            let (sin, cos) = (k as f64 / corners as f64 * TAU).sin_cos();
+            [x + self.radius * cos, y + self.radius * sin]
+        };
+        vec![(0..corners).map(rim).collect()]
+    }
+
+    /// Radius of a circle about its centre that has room for writing.
+    pub fn room(&self) -> f64 {
+        let edges = self.outline.iter().flat_map(|ring| edges(ring));
+        edges.map(|(a, b)| to_segment([0.0; 2], a, b)).fold(self.radius, f64::min)
+    }
+
+    /// Whether a point is in it.
+    pub fn covers(&self, at: Point) -> bool {
+        let near = distance(self.centre, at) <= self.radius;
+        near && (self.outline.is_empty() || within(&self.outline, self.local(at)))
+    }
+
+    /// Whether the way from one point to another touches it.
+    pub fn meets(&self, from: Point, to: Point) -> bool {
+        if to_segment(self.centre, from, to) > self.radius {
+            return false;
+        }
+        self.outline.is_empty()
+            || within(&self.outline, self.local(from))
+            || !self.crossings(from, to).is_empty()
+    }
+
+    /// The parts of the way from `a` to `b` between which it is in it.
+    pub fn covered(&self, a: Point, b: Point) -> Option<(f64, f64)> {
+        if !self.outline.is_empty() {
+            let inside = |at: Point| within(&self.outline, self.local(at));
+            let mut parts = self.crossings(a, b);
+            parts.extend(inside(a).then_some(0.0));
+            parts.extend(inside(b).then_some(1.0));
+            let first = parts.iter().copied().fold(f64::INFINITY, f64::min);
+            let last = parts.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            return (last > first).then_some((first, last));
+        }
+        let ([x, y], length) = (self.local(a).map(|d| -d), distance(a, b));
+        let [dx, dy] = [0, 1].map(|k| (b[k] - a[k]) / length);
+        let (nearest, aside) = (x * dx + y * dy, x * dy - y * dx);
+        let half = (self.radius * self.radius - aside * aside).sqrt();
+        let [enters, leaves] =
+            [nearest - half, nearest + half].map(|way| (way / length).clamp(0.0, 1.0));
+        (leaves > enters).then_some((enters, leaves))
+    }
+
+    fn local(&self, at: Point) -> Point {
+        [0, 1].map(|k| at[k] - self.centre[k])
+    }
+
+    /// The parts of the way between two points at which it crosses the outline.
+    fn crossings(&self, from: Point, to: Point) -> Vec<f64> {
+        let (a, b) = (self.local(from), self.local(to));
+        let way = [b[0] - a[0], b[1] - a[1]];
+        let crossing = |(c, d): (Point, Point)| {
+            let (along, gap) = ([d[0] - c[0], d[1] - c[1]], [c[0] - a[0], c[1] - a[1]]);
+            let cross = |u: Point, v: Point| u[0] * v[1] - u[1] * v[0];
+            let across = cross(way, along);
+            let (part, other) = (cross(gap, along) / across, cross(gap, way) / across);
+            ((0.0..=1.0).contains(&part) && (0.0..=1.0).contains(&other)).then_some(part)
+        };
+        self.outline.iter().flat_map(|ring| edges(ring)).filter_map(crossing).collect()
+    }
+}
+
+/// The edges of a ring.
+fn edges(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> {
+    ring.iter().copied().zip(ring.iter().copied().cycle().skip(1))
+}
+
+/// Whether a point lies within rings: a ray from it crosses them an odd number of times.
+fn within(rings: &[Vec<Point>], at: Point) -> bool {
+    let crosses = |(a, b): &(Point, Point)| {
+        let right = a[0] + (at[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
+        (a[1] > at[1]) != (b[1] > at[1]) && at[0] < right
+    };
+    rings.iter().flat_map(|ring| edges(ring)).filter(crosses).count() % 2 == 1
+}
+
+/// Distance of a point from a segment.
+fn to_segment(at: Point, from: Point, to: Point) -> f64 {
+    let ([dx, dy], [x, y]) =
+        ([to[0] - from[0], to[1] - from[1]], [at[0] - from[0], at[1] - from[1]]);
+    let part = ((x * dx + y * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    distance(at, [from[0] + part * dx, from[1] + part * dy])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The right angle with a quarter left out, about (1, 1).
+    fn corner() -> Disc {
+        let ring = [[-1.0, -1.0], [1.0, -1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0], [-1.0, 1.0]];
+        let (outline, radius) = (vec![ring.to_vec()], 2.0_f64.sqrt());
+        Disc { centre: [1.0, 1.0], radius, outline, ..Disc::default() }
+    }
+
+    #[test]
+    fn outline_covers_what_is_within_it() {
+        let corner = corner();
+        for (at, covered) in
+            [([0.5, 0.5], true), ([1.5, 1.5], false), ([1.5, 0.5], true), ([3.0, 0.5], false)]
+        {
+            assert_eq!(corner.covers(at), covered, "{at:?}");
+        }
+        assert!(corner.meets([-1.0, 0.5], [3.0, 0.5]) && !corner.meets([1.2, 1.9], [1.9, 1.2]));
+        assert_eq!(corner.covered([-1.0, 1.5], [3.0, 1.5]), Some((0.25, 0.5)));
+        assert_eq!(corner.covered([0.5, 0.5], [0.5, 3.0]), Some((0.0, 0.6)));
+        assert_eq!(corner.covered([1.5, 1.5], [1.8, 1.8]), None);
+        assert!((corner.room() - 0.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rings_of_round_one_lie_on_its_rim() {
+        let disc = Disc { centre: [0.3, 0.4], radius: 0.1, ..Disc::default() };
+        let rings = disc.rings(20);
+        assert_eq!((rings.len(), rings[0].len()), (1, 20));
+        assert!(rings[0].iter().all(|at| (distance(*at, [0.3, 0.4]) - 0.1).abs() < 1e-12));
+        assert_eq!(disc.room(), 0.1);
+    }
+}

@@ -1,0 +1,235 @@
+//! The shape of a body as the program sees it: round, in closed form, or a solid.
+//!
+//! ```text
+//!        ,--.__          diameter            of the disc or sphere of its volume: Reynolds
+//! numbers,
+//!       /      `--.                          drag, stiffness, estimates
+//!      (     o     )     bounding diameter   of the disc or sphere about its centre that holds
+//!       `-.__     /                          all of it: room, periods, first guess of overlaps
+//!            `---'       thickness           of its thinnest part: what the grid resolves
+//! ```
+
+use super::{Clump, Round, Shape as Typed};
+use mics_shapes::{Geometry, Scaled};
+use nalgebra::{UnitQuaternion, Vector3};
+use std::collections::HashMap;
+use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// The shape of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A disc (2D), of unit depth.
+    Disc(Round),
+    /// A sphere (3D).
+    Sphere(Round),
+    /// What is not round.
+    Solid(Solid),
+}
+
+impl Shape {
+    /// Its name, as the key of a case has it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Shape::Disc(_) => "disc",
+            Shape::Sphere(_) => "sphere",
+            Shape::Solid(solid) => solid.name(),
+        }
+    }
+
+    /// The solid that it is, where it is not round.
+    pub fn solid(&self) -> Option<&Solid> {
+        if let Shape::Solid(solid) = self { Some(solid) } else { None }
+    }
+
+    /// Whether it is a disc or a sphere.
+    pub fn is_round(&self) -> bool {
+        self.solid().is_none()
+    }
+
+    /// 2 or 3.
+    pub fn dimension(&self) -> usize {
+        match self {
+            Shape::Disc(_) => 2,
+            Shape::Sphere(_) => 3,
+            Shape::Solid(solid) => solid.geometry.dimension(),
+        }
+    }
+
+    /// Diameter (m) of the disc or sphere of the same volume.
+    pub fn diameter(&self) -> f64 {
+        match self {
+            Shape::Disc(round) | Shape::Sphere(round) => round.diameter,
+            Shape::Solid(solid) => solid.diameter(),
+        }
+    }
+
+    /// Diameter (m) of the disc or sphere about its centre that holds all of it.
+    pub fn bounding_diameter(&self) -> f64 {
+        match self {
+            Shape::Disc(round) | Shape::Sphere(round) => round.diameter,
+            Shape::Solid(solid) => 2.0 * solid.geometry.radius(),
+        }
+    }
+
+    /// Width of its thinnest part (m).
+    pub fn thickness(&self) -> f64 {
+        match self {
+            Shape::Disc(round) | Shape::Sphere(round) => round.diameter,
+            Shape::Solid(solid) => solid.geometry.thickness(),
+        }
+    }
+
+    /// Its volume (m3), or area (m2) in 2D.
+    pub fn volume(&self) -> f64 {
+        match self {
+            Shape::Disc(Round { diameter: d }) => FRAC_PI_4 * d * d,
+            Shape::Sphere(Round { diameter: d }) => FRAC_PI_6 * d * d * d,
+            Shape::Solid(solid) => solid.geometry.volume(),
+        }
+    }
+}
+
+/// Diameter (m) of the disc or sphere of the volume of a solid.
+fn equal_volume_diameter(geometry: &dyn Geometry) -> f64 {
+    match geometry.dimension() {
+        2 => (4.0 / PI * geometry.volume()).sqrt(),
+        _ => (6.0 / PI * geometry.volume()).cbrt(),
+    }
+}
+
+/// A solid as it is by itself, before it is scaled.
+#[derive(Debug)]
+pub(in crate::config) struct Base {
+    /// What a case says of it, with nothing in other files and no diameter.
+    typed: Typed,
+    geometry: Arc<dyn Geometry>,
+    /// Of the disc or sphere of its volume (m).
+    diameter: f64,
+    /// Those to which it has been scaled, by the bits of their diameters.
+    scaled: Mutex<HashMap<u64, Arc<dyn Geometry>>>,
+    /// Points of its surface (m).
+    surface: OnceLock<Vec<Vector3<f64>>>,
+}
+
+/// A shape that is not round, in its own axes. Solids of one shape share it.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    base: Arc<Base>,
+    /// The diameter (m) to which it is scaled.
+    wanted: Option<f64>,
+    geometry: Arc<dyn Geometry>,
+}
+
+impl PartialEq for Solid {
+    fn eq(&self, other: &Solid) -> bool {
+        self.wanted == other.wanted && self.is_like(other)
+    }
+}
+
+impl Solid {
+    /// A solid of this description, with nothing in other files and no diameter.
+    ///
+    /// # Errors
+    /// When it is none, in words.
+    pub(in crate::config) fn new(typed: Typed) -> Result<Solid, String> {
+        let geometry = typed.geometry()?;
+        let diameter = equal_volume_diameter(&*geometry);
+        let base = Base {
+            typed,
+            geometry: geometry.clone(),
+            diameter,
+            scaled: Mutex::default(),
+            surface: OnceLock::new(),
+        };
+        Ok(Solid { base: Arc::new(base), wanted: None, geometry })
+    }
+
+    /// The same, scaled to this diameter (m) of the disc or sphere of its volume; `None`: as large
+    /// as it is by itself.
+    pub(in crate::config) fn of_diameter(&self, wanted: Option<f64>) -> Solid {
+        let Base { geometry, diameter, scaled, .. } = &*self.base;
+        let geometry = match wanted {
+            None => geometry.clone(),
+            Some(wanted) => {
+                let mut scaled = scaled.lock().unwrap_or_else(PoisonError::into_inner);
+                let new = || -> Arc<dyn Geometry> {
+                    Arc::new(Scaled::new(geometry.clone(), wanted / diameter))
+                };
+                scaled.entry(wanted.to_bits()).or_insert_with(new).clone()
+            }
+        };
+        Solid { base: self.base.clone(), wanted, geometry }
+    }
+
+    /// What it is, in its own axes.
+    pub fn geometry(&self) -> &Arc<dyn Geometry> {
+        &self.geometry
+    }
+
+    /// The name of its shape, as the key of a case has it.
+    pub fn name(&self) -> &'static str {
+        self.base.typed.key()
+    }
+
+    /// Diameter (m) of the disc or sphere of its volume.
+    pub fn diameter(&self) -> f64 {
+        self.wanted.unwrap_or(self.base.diameter)
+    }
+
+    /// Whether both have one shape, whatever their sizes.
+    pub fn is_like(&self, other: &Solid) -> bool {
+        Arc::ptr_eq(&self.base, &other.base) || self.base.typed == other.base.typed
+    }
+
+    /// What a case says of it, with nothing in other files.
+    pub(in crate::config) fn typed(&self) -> Typed {
+        self.base.typed.of_diameter(self.wanted)
+    }
+
+    /// The diameter (m) to which it is scaled, if it is.
+    pub(in crate::config) fn wanted(&self) -> Option<f64> {
+        self.wanted
+    }
+
+    /// Whether a case says it in a few numbers.
+    pub(in crate::config) fn is_brief(&self) -> bool {
+        !matches!(self.base.typed, Typed::Polygon(_) | Typed::Polyhedron(_) | Typed::Clump(_))
+    }
+
+    /// How many corners or faces or balls it is made of, in words; empty where that says nothing.
+    pub fn detail(&self) -> String {
+        match &self.base.typed {
+            Typed::Polygon(polygon) => {
+                format!(" of {} corners", polygon.points.as_ref().map_or(0, Vec::len))
+            }
+            Typed::Polyhedron(polyhedron) => {
+                format!(" of {} corners", polyhedron.points.as_ref().map_or(0, Vec::len))
+            }
+            Typed::Clump(Clump { discs: Some(discs), .. }) => {
+                format!(" of {} discs", discs.len())
+            }
+            Typed::Clump(Clump { spheres: Some(spheres), .. }) => {
+                format!(" of {} spheres", spheres.len())
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// How far it reaches from its centre along an axis (m), to the low and to the high side, where
+    /// it is turned so.
+    pub fn reach(&self, axis: usize, orientation: &UnitQuaternion<f64>) -> [f64; 2] {
+        let along = orientation.inverse() * Vector3::ith(axis, 1.0);
+        [-along, along].map(|n| self.geometry.extent(&n))
+    }
+
+    /// Points of its surface in its own axes (m), a twentieth of its size apart.
+    pub(in crate::config) fn points(&self) -> impl Iterator<Item = Vector3<f64>> {
+        let Base { geometry, surface, diameter, .. } = &*self.base;
+        let points = surface.get_or_init(|| {
+            geometry.surface(0.05 * geometry.radius()).iter().map(|patch| patch.place).collect()
+        });
+        let factor = self.diameter() / diameter;
+        points.iter().map(move |place| factor * place)
+    }
+}

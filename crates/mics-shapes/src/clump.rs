@@ -1,0 +1,621 @@
+//! A clump: the union of balls (discs in 2D) that may overlap, counted once.
+//!
+//! ```text
+//!      .---. .---.        the plane in which two balls have equal powers, |x - c|^2 - r^2, holds
+//!     /     X     \       their common circle: each ball has its own side of it, and what lies in
+//!    (   o  |  o   )      none of the other sides is the union, exactly
+//!     \     X     /
+//!      '---' '---'        inside the nearest point is on a free part of a sphere, or on the circle
+//! ```
+
+use super::convex::{self, Convex};
+use super::flat::Flat;
+use super::{Core, Fault, Geometry, Nearest, Part, Patch, ball, disc, patches};
+use nalgebra::{Matrix3, Vector2, Vector3};
+use std::cell::RefCell;
+use std::f64::consts::TAU;
+
+/// A ball, or a disc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ball {
+    centre: Vector3<f64>,
+    radius: f64,
+}
+
+/// The circle that two spheres have in common.
+#[derive(Clone, Copy, Debug)]
+struct Seam {
+    balls: [usize; 2],
+    middle: Vector3<f64>,
+    axis: Vector3<f64>,
+    radius: f64,
+}
+
+/// A clump of balls.
+#[derive(Clone, Debug)]
+pub struct Clump {
+    dimension: usize,
+    balls: Vec<Ball>,
+    seams: Vec<Seam>,
+    /// Points of the surface on three spheres; in 2D on two circles (m).
+    corners: Vec<Vector3<f64>>,
+    parts: Vec<Part>,
+    radius: f64,
+    volume: f64,
+    inertia: Matrix3<f64>,
+}
+
+/// Room for the parts of a box, and the numbers of the balls that reach it.
+struct Room {
+    space: Convex,
+    plane: Flat,
+    near: Vec<u32>,
+}
+
+thread_local! {
+    static ROOM: RefCell<Room> = RefCell::new(Room {
+        space: Convex::with_capacity(64),
+        plane: Flat::new(Vec::with_capacity(64)),
+        near: Vec::with_capacity(64),
+    });
+}
+
+impl Clump {
+    /// Of balls with these centres and radii (m), discs in the plane z = 0 in two dimensions; it is
+    /// moved so that its centre of volume is the origin.
+    ///
+    /// # Errors
+    ///
+    /// There is no ball, one has no place or no positive radius, or they are not connected.
+    pub fn new(dimension: usize, balls: &[(Vector3<f64>, f64)]) -> Result<Clump, Fault> {
+        let kind = if dimension == 2 { "disc" } else { "sphere" };
+        if balls.is_empty() {
+            return Err(Fault(format!("a clump needs one {kind} at least")));
+        }
+        for (k, (centre, radius)) in balls.iter().enumerate() {
+            if !centre.iter().all(|x| x.is_finite()) || !(radius.is_finite() && *radius > 0.0) {
+                let why =
+                    format!("{kind} {} of the clump has no place or no positive radius", k + 1);
+                return Err(Fault(why));
+            }
+        }
+        let mut all: Vec<Ball> =
+            balls.iter().map(|&(centre, radius)| Ball { centre, radius }).collect();
+        if dimension == 2 {
+            all.iter_mut().for_each(|ball| ball.centre.z = 0.0);
+        }
+        if let Some(alone) = unconnected(&all) {
+            let why = format!(
+                "{kind} {} of the clump touches none that {kind} 1 is joined to",
+                alone + 1
+            );
+            return Err(Fault(why));
+        }
+        // What lies in another one adds nothing.
+        let within = |k: usize| {
+            let one = all[k];
+            all.iter().enumerate().any(|(j, other)| {
+                let inside = (other.centre - one.centre).norm() + one.radius <= other.radius;
+                j != k && inside && (*other != one || j < k)
+            })
+        };
+        let kept: Vec<Ball> = (0..all.len()).filter(|k| !within(*k)).map(|k| all[k]).collect();
+        Ok(Clump::of(dimension, kept))
+    }
+
+    fn of(dimension: usize, balls: Vec<Ball>) -> Clump {
+        let mut body = Clump {
+            dimension,
+            balls,
+            seams: Vec::new(),
+            corners: Vec::new(),
+            parts: Vec::new(),
+            radius: 0.0,
+            volume: 0.0,
+            inertia: Matrix3::zeros(),
+        };
+        let reach = body.balls.iter().map(|ball| ball.centre.norm() + ball.radius);
+        let far = 2.0 * reach.fold(0.0, f64::max);
+        let everything = [0, 1, 2].map(|a| Vector3::ith(a, far));
+        let (volume, first) = body.filled(&Vector3::zeros(), &everything);
+        body.volume = volume;
+        let centroid = first / volume;
+        body.balls.iter_mut().for_each(|ball| ball.centre -= centroid);
+        body.inertia = convex::inertia(&body.second_moments(&everything));
+        let part = |ball: &Ball| Part {
+            place: ball.centre,
+            core: Core::Point,
+            rounding: ball.radius,
+            radius: ball.radius,
+        };
+        body.parts = body.balls.iter().map(part).collect();
+        let reach = body.balls.iter().map(|ball| ball.centre.norm() + ball.radius);
+        body.radius = reach.fold(0.0, f64::max);
+        body.find_seams();
+        body
+    }
+
+    /// The integral of `x x^T` over it (m5; m4).
+    fn second_moments(&self, everything: &[Vector3<f64>; 3]) -> Matrix3<f64> {
+        let mut second = Matrix3::zeros();
+        self.each_cell(&Vector3::zeros(), everything, |ball, cell| {
+            let (volume, first, own) = match cell {
+                Cell::Space(body) => {
+                    let (volume, first) = ball::moments(body, &ball.centre, ball.radius);
+                    (volume, first, ball::second_moments(body, &ball.centre, ball.radius, volume))
+                }
+                Cell::Plane(corners) => {
+                    let centre = ball.centre.xy();
+                    let (area, first) = disc::moments(corners, &centre, ball.radius);
+                    let own = disc::second_moments(corners, &centre, ball.radius);
+                    let mut second = Matrix3::zeros();
+                    second.fixed_view_mut::<2, 2>(0, 0).copy_from(&own);
+                    (area, Vector3::new(first.x, first.y, 0.0), second)
+                }
+            };
+            let (c, arm) = (ball.centre, first - volume * ball.centre);
+            second += own + c * arm.transpose() + arm * c.transpose() + volume * c * c.transpose();
+        });
+        second
+    }
+
+    /// Calls with each ball that reaches a parallelepiped, and the part of that on its own side of
+    /// all others.
+    fn each_cell(
+        &self,
+        middle: &Vector3<f64>,
+        half: &[Vector3<f64>; 3],
+        mut found: impl FnMut(&Ball, Cell),
+    ) {
+        let reach = half.iter().map(|edge| edge.norm_squared()).sum::<f64>().sqrt();
+        ROOM.with_borrow_mut(|Room { space, plane, near }| {
+            near.clear();
+            near.extend((0..self.balls.len() as u32).filter(|k| {
+                let Ball { centre, radius } = &self.balls[*k as usize];
+                (centre - middle).norm_squared() < (radius + reach).powi(2)
+            }));
+            for k in near.iter() {
+                let one = &self.balls[*k as usize];
+                let others = near.iter().filter(|j| *j != k).map(|j| &self.balls[*j as usize]);
+                let planes = others.map(|other| radical_plane(one, other));
+                if self.dimension == 2 {
+                    plane.set_box(middle, half);
+                    planes.for_each(|(n, offset)| plane.cut(&n.xy(), offset));
+                    found(one, Cell::Plane(plane.corners()));
+                } else {
+                    space.set_box(middle, half);
+                    planes.for_each(|(n, offset)| space.cut(&n, offset, 0.0));
+                    found(one, Cell::Space(space));
+                }
+            }
+        });
+    }
+
+    /// Whether a point of the sphere of a ball lies in none of the others.
+    fn is_free(&self, point: &Vector3<f64>, but: [usize; 2]) -> bool {
+        let slack = 1e-9 * self.radius;
+        self.balls.iter().enumerate().all(|(k, ball)| {
+            but.contains(&k) || (point - ball.centre).norm() >= ball.radius - slack
+        })
+    }
+
+    /// Finds the seams, and where these meet.
+    fn find_seams(&mut self) {
+        let n = self.balls.len();
+        let pairs = (0..n).flat_map(|k| (k + 1..n).map(move |j| [k, j]));
+        let seams: Vec<Seam> = pairs
+            .filter_map(|balls| {
+                let [one, other] = balls.map(|k| &self.balls[k]);
+                let (middle, axis, radius) = circle(one, other)?;
+                Some(Seam { balls, middle, axis, radius })
+            })
+            .collect();
+        let mut corners = Vec::new();
+        for seam in &seams {
+            let Seam { middle, axis, radius, .. } = *seam;
+            if self.dimension == 2 {
+                let side = Vector3::new(-axis.y, axis.x, 0.0);
+                corners.extend([1.0, -1.0].map(|sign| (middle + sign * radius * side, *seam)));
+                continue;
+            }
+            let others = (0..n).filter(|k| !seam.balls.contains(k)).map(|k| &self.balls[k]);
+            for ball in others {
+                let out = ball.centre - middle;
+                let across = out - out.dot(&axis) * axis;
+                // On the circle at the angle to that direction whose cosine this is.
+                let cos = (radius * radius + out.norm_squared() - ball.radius.powi(2))
+                    / (2.0 * radius * across.norm());
+                if cos.abs() <= 1.0 {
+                    let (u, sin) = (across.normalize(), (1.0 - cos * cos).sqrt());
+                    let v = axis.cross(&u);
+                    let points = [sin, -sin].map(|sin| middle + radius * (cos * u + sin * v));
+                    corners.extend(points.map(|point| (point, *seam)));
+                }
+            }
+        }
+        let free = corners.iter().filter(|(point, seam)| self.is_free(point, seam.balls));
+        self.corners = free.map(|(point, _)| *point).collect();
+        self.seams = if self.dimension == 2 { Vec::new() } else { seams };
+    }
+
+    /// The nearest point of the surface to one inside: on a free part of a sphere, on the seam of
+    /// two, or where seams meet.
+    fn from_inside(&self, point: &Vector3<f64>) -> Option<Nearest> {
+        let mut best: Option<(f64, Vector3<f64>)> = None;
+        let mut offer = |foot: Vector3<f64>, but: Option<[usize; 2]>| {
+            let way = (foot - point).norm();
+            let free = || but.is_none_or(|but| self.is_free(&foot, but));
+            if best.is_none_or(|(least, _)| way < least) && free() {
+                best = Some((way, foot));
+            }
+        };
+        for (k, ball) in self.balls.iter().enumerate() {
+            let n = (point - ball.centre).try_normalize(0.0).unwrap_or_else(Vector3::x);
+            offer(ball.centre + ball.radius * n, Some([k, k]));
+        }
+        for seam in &self.seams {
+            let out = point - seam.middle;
+            let across = out - out.dot(&seam.axis) * seam.axis;
+            let any = || seam.axis.cross(&Vector3::ith(seam.axis.iamin(), 1.0)).normalize();
+            let across = across.try_normalize(1e-12 * seam.radius).unwrap_or_else(any);
+            offer(seam.middle + seam.radius * across, Some(seam.balls));
+        }
+        self.corners.iter().for_each(|corner| offer(*corner, None));
+        let (way, foot) = best?;
+        let normal = (foot - point).try_normalize(1e-12 * self.radius)?;
+        Some(Nearest { distance: -way, normal })
+    }
+
+    /// How much of a patch of the ball `k`'s surface, over a direction with an angle, is free, and
+    /// the direction of the middle of that.
+    fn free_part(&self, k: usize, direction: &Vector3<f64>, width: f64) -> (f64, Vector3<f64>) {
+        let ball = &self.balls[k];
+        let at = |n: &Vector3<f64>| ball.centre + ball.radius * n;
+        let middle = at(direction);
+        let near = |other: &Ball| {
+            ((middle - other.centre).norm() - other.radius).abs() < 1.5 * width * ball.radius
+        };
+        let cut = self.balls.iter().enumerate().any(|(j, other)| j != k && near(other));
+        if !cut {
+            return (f64::from(self.is_free(&middle, [k, k])), *direction);
+        }
+        let (u, v) = if self.dimension == 2 {
+            (Vector3::new(-direction.y, direction.x, 0.0), Vector3::zeros())
+        } else {
+            let u = direction.cross(&Vector3::ith(direction.iamin(), 1.0)).normalize();
+            (u, direction.cross(&u))
+        };
+        let (n, mut count, mut sum) = (16, 0.0, Vector3::zeros());
+        for i in 0..n * n {
+            let [x, y] = [i % n, i / n].map(|i| (i as f64 + 0.5) / n as f64 - 0.5);
+            let n = (direction + width * (x * u + y * v)).normalize();
+            if self.is_free(&at(&n), [k, k]) {
+                (count, sum) = (count + 1.0, sum + n);
+            }
+        }
+        (count / (n * n) as f64, sum.try_normalize(0.0).unwrap_or(*direction))
+    }
+}
+
+/// What is cut of a box for a ball.
+enum Cell<'a> {
+    Space(&'a Convex),
+    Plane(&'a [Vector2<f64>]),
+}
+
+/// The plane of equal powers of two balls: the first one's side lies below it.
+fn radical_plane(one: &Ball, other: &Ball) -> (Vector3<f64>, f64) {
+    let way = other.centre - one.centre;
+    let distance = way.norm();
+    if distance == 0.0 {
+        // Of balls about one centre the smaller ones have been dropped.
+        return (Vector3::x(), f64::MAX);
+    }
+    let n = way / distance;
+    let to = 0.5 * (distance + (one.radius.powi(2) - other.radius.powi(2)) / distance);
+    (n, n.dot(&one.centre) + to)
+}
+
+/// The circle that two spheres have in common: middle (m), axis, and radius (m).
+fn circle(one: &Ball, other: &Ball) -> Option<(Vector3<f64>, Vector3<f64>, f64)> {
+    let way = other.centre - one.centre;
+    let distance = way.norm();
+    let to = 0.5 * (distance + (one.radius.powi(2) - other.radius.powi(2)) / distance);
+    let square = one.radius.powi(2) - to * to;
+    (square >= 0.0 && distance > 0.0)
+        .then(|| (one.centre + to / distance * way, way / distance, square.sqrt()))
+}
+
+/// The number of a ball that is not joined to the first one.
+fn unconnected(balls: &[Ball]) -> Option<usize> {
+    let mut joined = vec![false; balls.len()];
+    let mut next = vec![0];
+    joined[0] = true;
+    while let Some(k) = next.pop() {
+        for j in 0..balls.len() {
+            let reach = balls[k].radius + balls[j].radius;
+            let apart = (balls[k].centre - balls[j].centre).norm();
+            if !joined[j] && apart <= reach * (1.0 + 1e-6) {
+                joined[j] = true;
+                next.push(j);
+            }
+        }
+    }
+    joined.iter().position(|joined| !joined)
+}
+
+impl Geometry for Clump {
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    fn volume(&self) -> f64 {
+        self.volume
+    }
+
+    fn inertia(&self) -> Matrix3<f64> {
+        self.inertia
+    }
+
+    fn thickness(&self) -> f64 {
+        2.0 * self.balls.iter().map(|ball| ball.radius).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Outside that of the nearest ball. Inside exact too: where the ball's own nearest point lies
+    /// in another one, it may be on the circle of two spheres.
+    fn nearest(&self, point: &Vector3<f64>) -> Nearest {
+        let mut least = (f64::INFINITY, 0);
+        for (k, ball) in self.balls.iter().enumerate() {
+            let distance = (point - ball.centre).norm() - ball.radius;
+            if distance < least.0 {
+                least = (distance, k);
+            }
+        }
+        let (distance, k) = least;
+        let arm = point - self.balls[k].centre;
+        let normal = arm.try_normalize(0.0).unwrap_or_else(Vector3::x);
+        if distance < 0.0
+            && self.balls.len() > 1
+            && !self.is_free(&(point - distance * normal), [k, k])
+        {
+            return self.from_inside(point).unwrap_or(Nearest { distance, normal });
+        }
+        Nearest { distance, normal }
+    }
+
+    fn surface(&self, spacing: f64) -> Vec<Patch> {
+        let mut all = Vec::new();
+        for (k, ball) in self.balls.iter().enumerate() {
+            let mut add = |normal: Vector3<f64>, width: f64, area: f64| {
+                let (part, normal) = self.free_part(k, &normal, width);
+                let area = part * area;
+                let place = ball.centre + ball.radius * normal;
+                if area > 0.0 {
+                    all.push(Patch { place, normal, area });
+                }
+            };
+            if self.dimension == 2 {
+                let count = 4 * (0.5 * TAU * ball.radius / spacing).ceil().max(1.0) as usize;
+                let width = TAU / count as f64;
+                for i in 0..count {
+                    let (y, x) = (width * (i as f64 + 0.5)).sin_cos();
+                    add(Vector3::new(x, y, 0.0), width, width * ball.radius);
+                }
+            } else {
+                for (n, angle) in patches::directions(patches::divisions(ball.radius, spacing)) {
+                    add(n, angle.sqrt(), angle * ball.radius * ball.radius);
+                }
+            }
+        }
+        all
+    }
+
+    fn extent(&self, n: &Vector3<f64>) -> f64 {
+        let reach = self.balls.iter().map(|ball| ball.centre.dot(n) + ball.radius);
+        reach.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Exact, see the top.
+    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
+        let (mut volume, mut first) = (0.0, Vector3::zeros());
+        self.each_cell(middle, half, |ball, cell| match cell {
+            Cell::Space(body) => {
+                let part = ball::moments(body, &ball.centre, ball.radius);
+                volume += part.0;
+                first += part.1;
+            }
+            Cell::Plane(corners) => {
+                let part = disc::moments(corners, &ball.centre.xy(), ball.radius);
+                volume += part.0;
+                first += Vector3::new(part.1.x, part.1.y, 0.0);
+            }
+        });
+        (volume, first)
+    }
+
+    fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
+        let way = |ball: &Ball| {
+            let apart = ball.centre - foot;
+            let ahead = apart.dot(normal);
+            let beyond = apart.norm_squared() - ball.radius * ball.radius;
+            let under = ahead * ahead - beyond;
+            // From the ball's own surface the ray leaves it.
+            (ahead > 0.0 && under > 0.0).then(|| (ahead - under.sqrt()).max(0.0))
+        };
+        self.balls.iter().filter_map(way).reduce(f64::min)
+    }
+
+    fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    fn triangles(&self, spacing: f64) -> Vec<[Vector3<f64>; 3]> {
+        let mut all = Vec::new();
+        for (k, ball) in self.balls.iter().enumerate() {
+            let at = |n: Vector3<f64>| ball.centre + ball.radius * n;
+            let mut add = |corners: [Vector3<f64>; 3]| {
+                if corners.iter().any(|corner| self.is_free(corner, [k, k])) {
+                    all.push(corners);
+                }
+            };
+            if self.dimension == 2 {
+                let count = 4 * (0.5 * TAU * ball.radius / spacing).ceil().max(1.0) as usize;
+                let point = |i: usize| {
+                    let (y, x) = (TAU * i as f64 / count as f64).sin_cos();
+                    at(Vector3::new(x, y, 0.0))
+                };
+                (0..count).for_each(|i| add([point(i), point(i + 1), point(i + 1)]));
+            } else {
+                let n = patches::divisions(ball.radius, spacing);
+                patches::triangles(n).for_each(|corners| add(corners.map(at)));
+            }
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scatter::{lattice, scatter};
+    use std::f64::consts::PI;
+
+    fn dumbbell(dimension: usize, apart: f64) -> Clump {
+        let at = |x: f64| Vector3::new(x, 0.3, 0.0);
+        Clump::new(dimension, &[(at(1.0), 0.5), (at(1.0 + apart), 0.5)]).unwrap()
+    }
+
+    /// Volume `8/3 pi R^3 - pi (4 R + s)(2 R - s)^2/12`, inertia of caps about the axis.
+    #[test]
+    fn two_balls_overlapping_have_exact_volume_and_inertia() {
+        for s in [0.2, 0.6, 0.999, 1.0] {
+            let body = dumbbell(3, s);
+            let r = 0.5f64;
+            let exact =
+                8.0 / 3.0 * PI * r.powi(3) - PI * (4.0 * r + s) * (2.0 * r - s).powi(2) / 12.0;
+            assert!((body.volume() / exact - 1.0).abs() < 1e-14, "{}", body.volume());
+            assert!((body.balls[0].centre + 0.5 * s * Vector3::x()).norm() < 1e-15);
+            // Of each the discs from the cap's end to the plane between: about the axis.
+            let t = 0.5 * s;
+            let disc = |x: f64| (r.powi(4) * x) - 2.0 / 3.0 * r * r * x.powi(3) + 0.2 * x.powi(5);
+            let axial = PI * (disc(r) + disc(t));
+            let along = |x: f64| {
+                let area = r * r * x.powi(3) / 3.0 - x.powi(5) / 5.0;
+                let arm = 0.5 * r * r * x * x - 0.25 * x.powi(4);
+                (area, arm, r * r * x - x.powi(3) / 3.0)
+            };
+            // From -t (the plane) to r, about the place -t.
+            let [(area1, arm1, whole1), (area0, arm0, whole0)] = [along(r), along(-t)];
+            let square = area1 - area0 + 2.0 * t * (arm1 - arm0) + t * t * (whole1 - whole0);
+            let across = 0.5 * axial + 2.0 * PI * square;
+            let inertia = Matrix3::from_diagonal(&Vector3::new(axial, across, across));
+            let off = (body.inertia() - inertia).norm() / across;
+            println!("{s}: inertia {off:.1e} off");
+            assert!(off < 1e-14, "{} {inertia}", body.inertia());
+        }
+        let mass = dumbbell(3, 1.0).volume() / 2.0;
+        let inertia = dumbbell(3, 1.0).inertia() / (mass * 0.25);
+        assert!((inertia.diagonal() - Vector3::new(0.8, 2.8, 2.8)).norm() < 1e-13);
+    }
+
+    #[test]
+    fn two_discs_overlapping_have_exact_area_and_inertia() {
+        let (s, r) = (0.6, 0.5f64);
+        let body = dumbbell(2, s);
+        let angle = (0.5 * s / r).acos();
+        let lens = 2.0 * r * r * angle - 0.5 * s * (4.0 * r * r - s * s).sqrt();
+        assert!((body.volume() / (2.0 * PI * r * r - lens) - 1.0).abs() < 1e-14);
+        let inertia = dumbbell(2, 1.0).inertia();
+        let one = PI * r * r;
+        assert!((inertia[(2, 2)] - 2.0 * one * (0.5 * r * r + r * r)).abs() < 1e-14);
+        assert!((inertia[(0, 0)] - 0.5 * one * r * r).abs() < 1e-14);
+    }
+
+    fn heap(dimension: usize) -> Clump {
+        let at = |k: usize| {
+            let z = if dimension == 3 { scatter(3 * k + 2) } else { 0.0 };
+            0.5 * Vector3::new(scatter(3 * k), scatter(3 * k + 1), z)
+        };
+        let balls: Vec<_> = (0..7).map(|k| (at(k), 0.3 + 0.15 * scatter(50 + k))).collect();
+        Clump::new(dimension, &balls).unwrap()
+    }
+
+    #[test]
+    fn boxes_of_a_turned_lattice_sum_to_the_clump() {
+        for body in [heap(2), heap(3)] {
+            let (volume, first) = lattice(&body);
+            println!("{}D: volume {volume:.1e}, first moment {first:.1e}", body.dimension);
+            assert!(volume < 1e-13 && first < 1e-13);
+        }
+    }
+
+    /// Against points of its surface, which are found ball by ball.
+    #[test]
+    fn nearest_point_is_the_nearest_free_one() {
+        for body in [heap(2), heap(3)] {
+            let points = body.surface(0.02);
+            let mut inside = 0;
+            for k in 0..400 {
+                let z = if body.dimension == 3 { scatter(3 * k + 2) } else { 0.0 };
+                let point = 0.8 * Vector3::new(scatter(3 * k), scatter(3 * k + 1), z);
+                let Nearest { distance, normal } = body.nearest(&point);
+                let ways = points.iter().map(|patch| (patch.place - point).norm());
+                let least = ways.fold(f64::INFINITY, f64::min);
+                // Outside a ball's nearest point may be in no other one.
+                assert!((least - distance.abs()).abs() < 0.02, "{point} {least} {distance}");
+                let foot = point - distance * normal;
+                let depth = body.balls.iter().map(|b| b.radius - (b.centre - foot).norm());
+                let depth = depth.fold(f64::NEG_INFINITY, f64::max);
+                assert!(depth < 1e-7, "{point}: {depth:e} below the surface");
+                inside += usize::from(distance < 0.0);
+                let covered = body.balls.iter().any(|b| (b.centre - point).norm() < b.radius);
+                assert_eq!(covered, distance < 0.0);
+            }
+            assert!(inside > 50, "{inside}");
+        }
+    }
+
+    #[test]
+    fn rays_across_the_seam_meet_the_other_ball() {
+        let body = dumbbell(3, 1.0);
+        // From the angle a to the axis on one ball: to the plane between at 0.5 - 0.5 cos a, and as
+        // far again.
+        for a in [0.1f64, 0.5, 0.9] {
+            let n = Vector3::new(a.cos(), a.sin(), 0.0);
+            let foot = Vector3::new(-0.5, 0.0, 0.0) + 0.5 * n;
+            let way = body.meets_itself(&foot, &n).unwrap();
+            let other = foot + way * n - Vector3::new(0.5, 0.0, 0.0);
+            assert!((other.norm() - 0.5).abs() < 1e-12 && way > 0.0, "{way}");
+        }
+        assert_eq!(body.meets_itself(&Vector3::new(-1.0, 0.0, 0.0), &-Vector3::x()), None);
+        assert_eq!(body.meets_itself(&Vector3::new(-0.5, 0.5, 0.0), &Vector3::y()), None);
+    }
+
+    #[test]
+    fn surface_of_two_balls_has_their_area() {
+        let (s, r) = (0.6, 0.5);
+        for (dimension, exact) in
+            [(2, 4.0 * r * (PI - (0.5f64 * s / r).acos())), (3, 4.0 * PI * r * (r + 0.5 * s))]
+        {
+            let area: f64 = dumbbell(dimension, s).surface(0.1).iter().map(|p| p.area).sum();
+            println!("area {:.1e} off", area / exact - 1.0);
+            assert!((area / exact - 1.0).abs() < 5e-3, "{area} {exact}");
+        }
+    }
+
+    #[test]
+    fn faults_of_clumps_name_the_ball() {
+        let fault = |balls: &[(Vector3<f64>, f64)]| Clump::new(3, balls).unwrap_err().0;
+        assert!(fault(&[]).contains("one sphere"));
+        assert!(fault(&[(Vector3::zeros(), -1.0)]).contains("sphere 1"));
+        assert!(fault(&[(Vector3::zeros(), 1.0), (3.0 * Vector3::x(), 1.0)]).contains("sphere 2"));
+        // One within another counts nothing.
+        let nested = [(Vector3::zeros(), 1.0), (0.2 * Vector3::x(), 0.5), (Vector3::zeros(), 1.0)];
+        let body = Clump::new(3, &nested).unwrap();
+        assert!(body.parts().len() == 1 && (body.volume() - 4.0 / 3.0 * PI).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,65 @@
+//! What the tests of shapes have in common.
+
+use super::Geometry;
+use nalgebra::{Rotation3, Vector3};
+
+/// Numbers that look as drawn, in (-1, 1).
+pub fn scatter(k: usize) -> f64 {
+    (12.9898 * k as f64 + 4.1414).sin() * 43758.5453 % 1.0
+}
+
+/// How far the boxes of shifted and turned lattices are from summing to a body, and the first
+/// moments from zero: the worst, over the volume.
+pub fn lattice(body: &dyn Geometry) -> (f64, f64) {
+    let three = body.dimension() == 3;
+    let (n, mut worst) = (10usize, (0.0f64, 0.0f64));
+    let h = 2.2 * body.radius() / (n as f64 - 1.0);
+    for k in 0..8 {
+        let axis = if three {
+            Vector3::from_fn(|a, _| 3.0 * scatter(9 * k + a))
+        } else {
+            3.0 * scatter(9 * k) * Vector3::z()
+        };
+        let turn = Rotation3::from_scaled_axis(if k == 0 { 0.0 * axis } else { axis });
+        let shift = Vector3::from_fn(|a, _| {
+            if k == 0 || (a == 2 && !three) { 0.0 } else { 0.4 * h * scatter(100 + 3 * k + a) }
+        });
+        let half = [0, 1, 2].map(|a| {
+            if a < 2 || three { turn * Vector3::ith(a, 0.5 * h) } else { Vector3::zeros() }
+        });
+        let (mut volume, mut first) = (0.0, Vector3::zeros());
+        let layers = if three { n } else { 1 };
+        for at in 0..n * n * layers {
+            let at = Vector3::new(at % n, at / n % n, at / n / n).map(|i| i as f64)
+                - 0.5 * Vector3::new(n - 1, n - 1, layers - 1).map(|i| i as f64);
+            let part = body.filled(&(turn * (h * at + shift)), &half);
+            volume += part.0;
+            first += part.1;
+        }
+        worst.0 = worst.0.max((volume / body.volume() - 1.0).abs());
+        worst.1 = worst.1.max(first.norm() / (body.volume() * body.radius()));
+    }
+    worst
+}
+
+/// The largest of the distances of the feet of nearest points from the surface, of points about a
+/// body, by the distance itself; and whether the distance changes no faster than the place.
+pub fn feet(body: &dyn Geometry, reach: f64) -> f64 {
+    let (three, mut worst) = (body.dimension() == 3, 0.0f64);
+    let mut last: Option<(Vector3<f64>, f64)> = None;
+    for k in 0..3000 {
+        let point = Vector3::from_fn(|a, _| {
+            if a < 2 || three { reach * body.radius() * scatter(3 * k + a) } else { 0.0 }
+        });
+        let found = body.nearest(&point);
+        let foot = point - found.distance * found.normal;
+        worst = worst.max(body.nearest(&foot).distance.abs() / body.radius());
+        assert!((found.normal.norm() - 1.0).abs() < 1e-12, "{point} {found:?}");
+        if let Some((other, distance)) = last {
+            let apart = (found.distance - distance).abs() - (point - other).norm();
+            assert!(apart < 1e-9 * body.radius(), "{point} {found:?} {other} {distance}");
+        }
+        last = Some((point, found.distance));
+    }
+    worst
+}

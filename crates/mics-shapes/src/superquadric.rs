@@ -1,0 +1,339 @@
+//! A superquadric, `(|x/a|^q + |y/b|^q)^(p/q) + |z/c|^p <= 1`: from an ellipsoid (2, 2) to nearly a
+//! box.
+//!
+//! ```text
+//!      .-------.        distances by Newton's method on the surface, x: with the residual r from x
+//!     /    n ^  \       to the point, its part s along the normal, the curvatures K,
+//!    |       x---|-->     (1 + s K) step = the part of r along the surface
+//!     \         /       and back to the surface along the ray from the centre, which is exact
+//!      '-------'
+//! ```
+//! What it fills of boxes is that of a polyhedron of some 1,200 faces that touch it, shrunk to its
+//! volume, which is exact. Its surface is within 0.2 % of the half axes of the true one.
+
+use super::convex::Convex;
+use super::ellipse::skin;
+use super::facets::Facets;
+use super::{Core, Fault, Geometry, Nearest, Part, Patch, patches};
+use libm::tgamma;
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+
+/// Directions of faces along each edge of a cube.
+const FACES: usize = 10;
+
+/// A superquadric (3D).
+#[derive(Clone, Debug)]
+pub struct Superquadric {
+    surface: Surface,
+    facets: Facets,
+    radius: f64,
+    volume: f64,
+    inertia: Matrix3<f64>,
+    parts: [Part; 1],
+}
+
+/// Its surface.
+#[derive(Clone, Copy, Debug)]
+struct Surface {
+    half: Vector3<f64>,
+    p: f64,
+    q: f64,
+}
+
+impl Surface {
+    /// The factor by which a point is further out than the surface.
+    fn scale(&self, x: &Vector3<f64>) -> f64 {
+        let x = x.component_div(&self.half).abs();
+        // By the largest one, so that high powers do not vanish.
+        let most = x.amax();
+        if most == 0.0 {
+            return 0.0;
+        }
+        let x = x / most;
+        let section = x.x.powf(self.q) + x.y.powf(self.q);
+        most * (section.powf(self.p / self.q) + x.z.powf(self.p)).powf(1.0 / self.p)
+    }
+
+    /// Outward normal at a point of the surface and the curvatures there (1/m).
+    fn bend(&self, x: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+        let (p, q) = (self.p, self.q);
+        let at = x.component_div(&self.half);
+        let part = at.abs();
+        let section = (part.x.powf(q) + part.y.powf(q)).powf(1.0 / q);
+        // Of the section by itself.
+        let even = 0.5f64.powf(1.0 / q);
+        let u = if section > 0.0 {
+            Vector2::new(part.x, part.y) / section
+        } else {
+            Vector2::repeat(even)
+        };
+        let lower = section.powf(p - 2.0);
+        let z = part.z.powf(p - 2.0);
+        let power = u.map(|u| u.powf(q - 2.0));
+        let sign = at.map(|x| 1f64.copysign(x));
+        let slope = Vector3::new(
+            lower * section * power.x * u.x,
+            lower * section * power.y * u.y,
+            z * part.z,
+        );
+        let slope = slope.component_mul(&sign);
+        let mut hessian = Matrix3::from_diagonal(&Vector3::new(
+            lower * ((p - q) * (power.x * u.x).powi(2) + (q - 1.0) * power.x),
+            lower * ((p - q) * (power.y * u.y).powi(2) + (q - 1.0) * power.y),
+            (p - 1.0) * z,
+        ));
+        let mixed = lower * (p - q) * power.x * u.x * power.y * u.y * sign.x * sign.y;
+        (hessian[(0, 1)], hessian[(1, 0)]) = (mixed, mixed);
+        let inverse = Matrix3::from_diagonal(&self.half.map(|a| 1.0 / a));
+        let gradient = inverse * slope;
+        let length = gradient.norm();
+        (gradient / length, inverse * hessian * inverse / length)
+    }
+
+    /// Largest curvature over directions (1/m).
+    fn sharpest(&self) -> f64 {
+        let core = Core::Superquadric { half: self.half, exponents: [self.p, self.q], inset: 0.0 };
+        let bend = |n: Vector3<f64>| {
+            let (n, bend) = self.bend(&core.support(&n));
+            let (own, _) = in_plane(&n, &bend);
+            own.symmetric_eigenvalues().max()
+        };
+        let normals = patches::directions(24).map(|(n, _)| bend(n));
+        let places = patches::directions(24).map(|(n, _)| {
+            let x = n.component_mul(&self.half);
+            let (n, bend) = self.bend(&(x / self.scale(&x)));
+            in_plane(&n, &bend).0.symmetric_eigenvalues().max()
+        });
+        normals.chain(places).fold(0.0, f64::max)
+    }
+
+    /// The nearest point of the surface, from one that is near that.
+    fn foot(&self, point: &Vector3<f64>, from: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        let onto = |x: Vector3<f64>| x / self.scale(&x).max(1e-300);
+        let mut x = onto(*from);
+        let (mut n, mut bend) = self.bend(&x);
+        for _ in 0..20 {
+            let rest = point - x;
+            let s = rest.dot(&n);
+            let (own, [u, v]) = in_plane(&n, &bend);
+            let across = Vector2::new(rest.dot(&u), rest.dot(&v));
+            if across.norm() < 1e-11 * self.half.max() {
+                break;
+            }
+            // Deeper than the centre of curvature there is no nearest point.
+            let s = s.max(-0.9 / own.trace().max(1e-300));
+            let system = Matrix2::identity() + s * own;
+            let step = system.try_inverse().map_or(across, |inverse| inverse * across);
+            let step = step.x * u + step.y * v;
+            let mut part = 1.0;
+            let better = loop {
+                let next = onto(x + part * step);
+                if (point - next).norm_squared() < rest.norm_squared() {
+                    break Some(next);
+                }
+                part *= 0.5;
+                if part < 0.01 {
+                    break None;
+                }
+            };
+            let Some(next) = better else { break };
+            x = next;
+            (n, bend) = self.bend(&x);
+        }
+        (x, n)
+    }
+}
+
+/// Two directions normal to n, and the part of a matrix along these.
+fn in_plane(n: &Vector3<f64>, bend: &Matrix3<f64>) -> (Matrix2<f64>, [Vector3<f64>; 2]) {
+    let u = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
+    let v = n.cross(&u);
+    let mixed = u.dot(&(bend * v));
+    (Matrix2::new(u.dot(&(bend * u)), mixed, mixed, v.dot(&(bend * v))), [u, v])
+}
+
+impl Superquadric {
+    /// With these axes along x, y and z (m), whole lengths, and the exponents p (along z) and q (in
+    /// the section).
+    ///
+    /// # Errors
+    ///
+    /// An axis is not positive, or an exponent is not from 2 to 20.
+    pub fn new(axes: [f64; 3], exponents: [f64; 2]) -> Result<Superquadric, Fault> {
+        if let Some(axis) = axes.iter().find(|axis| !(axis.is_finite() && **axis > 0.0)) {
+            return Err(Fault(format!("the axis {axis} m of the superquadric is no length")));
+        }
+        if let Some(e) = exponents.iter().find(|e| !(2.0..=20.0).contains(*e)) {
+            return Err(Fault(format!("the exponent {e} of the superquadric is not from 2 to 20")));
+        }
+        let (half, [p, q]) = (0.5 * Vector3::from(axes), exponents);
+        let surface = Surface { half, p, q };
+        let (volume, inertia) = moments(&half, p, q);
+        let facets = touching(&surface, volume);
+        let inset = skin(half.min(), 0.9 / surface.sharpest());
+        let core = Core::Superquadric { half, exponents, inset };
+        let reach = patches::directions(48).map(|(n, _)| {
+            let x = n.component_mul(&half);
+            x.norm() / surface.scale(&x)
+        });
+        // Between these directions it is no further than they are apart.
+        let radius = (1.001 * reach.fold(0.0, f64::max)).max(half.max()).min(half.norm());
+        let part = Part { place: Vector3::zeros(), core, rounding: inset, radius };
+        Ok(Superquadric { surface, facets, radius, volume, inertia, parts: [part] })
+    }
+}
+
+/// Volume (m3) and moments of inertia (m5), by Dirichlet's integrals.
+fn moments(half: &Vector3<f64>, p: f64, q: f64) -> (f64, Matrix3<f64>) {
+    // Of |x|^q + |y|^q < 1 the integral of x^(m - 1) y^(n - 1) over a quarter.
+    let section =
+        |m: f64, n: f64| tgamma(m / q) * tgamma(n / q) / (q * q * tgamma(1.0 + (m + n) / q));
+    // Of z^(m - 1) (1 - z^p)^(n/p) from 0 to 1.
+    let along =
+        |m: f64, n: f64| tgamma(m / p) * tgamma(n / p + 1.0) / (p * tgamma((m + n) / p + 1.0));
+    let whole = 8.0 * half.product();
+    let xx = whole * half.x * half.x * section(3.0, 1.0) * along(1.0, 4.0);
+    let yy = whole * half.y * half.y * section(1.0, 3.0) * along(1.0, 4.0);
+    let zz = whole * half.z * half.z * section(1.0, 1.0) * along(3.0, 2.0);
+    let inertia = Matrix3::from_diagonal(&Vector3::new(yy + zz, xx + zz, xx + yy));
+    (whole * section(1.0, 1.0) * along(1.0, 2.0), inertia)
+}
+
+/// A polyhedron of faces that touch it, spread evenly over places and over directions, shrunk to
+/// this volume (m3).
+fn touching(surface: &Surface, volume: f64) -> Facets {
+    let Surface { half, p, q } = *surface;
+    let core = Core::Superquadric { half, exponents: [p, q], inset: 0.0 };
+    let axes = (0..6).map(|k| Vector3::ith(k % 3, if k < 3 { 1.0 } else { -1.0 }));
+    let even = patches::directions(FACES).map(|(n, _)| n);
+    let places = patches::directions(FACES).map(|(n, _)| {
+        let x = n.component_mul(&half);
+        surface.bend(&(x / surface.scale(&x))).0
+    });
+    let normals: Vec<Vector3<f64>> = axes.chain(even).chain(places).collect();
+    let planes: Vec<(Vector3<f64>, f64)> =
+        normals.iter().map(|n| (*n, n.dot(&core.support(n)))).collect();
+    let body = |factor: f64| {
+        let mut body = Convex::with_capacity(2 * planes.len() + 8);
+        body.set_box(&Vector3::zeros(), &[0, 1, 2].map(|a| Vector3::ith(a, 2.0 * half.max())));
+        planes.iter().for_each(|(n, at)| body.cut(n, factor * at, 0.0));
+        body
+    };
+    let factor = (volume / body(1.0).moments().0).cbrt();
+    Facets::new(&body(factor))
+}
+
+impl Geometry for Superquadric {
+    fn dimension(&self) -> usize {
+        3
+    }
+
+    fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    fn volume(&self) -> f64 {
+        self.volume
+    }
+
+    fn inertia(&self) -> Matrix3<f64> {
+        self.inertia
+    }
+
+    fn thickness(&self) -> f64 {
+        2.0 * self.surface.half.min()
+    }
+
+    fn nearest(&self, point: &Vector3<f64>) -> Nearest {
+        let (distance, normal, _) = self.facets.nearest(point);
+        let (foot, normal) = self.surface.foot(point, &(point - distance * normal));
+        Nearest { distance: (point - foot).dot(&normal), normal }
+    }
+
+    fn surface(&self, spacing: f64) -> Vec<Patch> {
+        let mut all = self.facets.patches(spacing);
+        for patch in &mut all {
+            let Nearest { distance, normal } = self.nearest(&patch.place);
+            (patch.place, patch.normal) = (patch.place - distance * normal, normal);
+        }
+        all
+    }
+
+    fn extent(&self, n: &Vector3<f64>) -> f64 {
+        let Surface { half, p, q } = self.surface;
+        Core::Superquadric { half, exponents: [p, q], inset: 0.0 }.support(n).dot(n)
+    }
+
+    /// Of second order, see the top; the whole volume is exact.
+    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
+        self.facets.filled(middle, half)
+    }
+
+    fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    fn triangles(&self, _: f64) -> Vec<[Vector3<f64>; 3]> {
+        self.facets.triangles()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Ellipsoid;
+    use crate::scatter::{feet, lattice, scatter};
+
+    #[test]
+    fn exponents_of_two_are_an_ellipsoid() {
+        let axes = [1.0, 0.7, 0.5];
+        let (body, exact) = (Superquadric::new(axes, [2.0; 2]).unwrap(), Ellipsoid::new(axes));
+        assert!((body.volume / exact.volume() - 1.0).abs() < 1e-14);
+        assert!((body.inertia - exact.inertia()).norm() < 1e-14);
+        let mut worst = [0.0f64; 3];
+        for k in 0..2000 {
+            let point = 0.6 * Vector3::from_fn(|a, _| scatter(3 * k + a));
+            let [own, other] = [body.nearest(&point), exact.nearest(&point)];
+            // In the middle any of several.
+            if other.distance > -0.1 {
+                worst[0] = worst[0].max((own.distance - other.distance).abs());
+                worst[1] = worst[1].max((own.normal - other.normal).norm());
+            }
+            let half = [0, 1, 2].map(|a| Vector3::ith(a, 0.04));
+            let apart = body.filled(&point, &half).0 - exact.filled(&point, &half).0;
+            worst[2] = worst[2].max(apart.abs() / 0.08f64.powi(3));
+        }
+        println!("distance, normal, part of a box of a sixth: {worst:?}");
+        assert!(worst[0] < 1e-9 && worst[1] < 1e-7 && worst[2] < 0.02);
+    }
+
+    #[test]
+    fn superquadrics_have_volume_feet_and_moments() {
+        for (axes, exponents) in [
+            ([1.0; 3], [2.0, 2.0]),
+            ([1.0; 3], [5.0, 5.0]),
+            ([1.0; 3], [10.0, 10.0]),
+            ([1.0, 0.7, 0.4], [8.0, 3.0]),
+            ([1.0, 0.6, 0.8], [2.0, 20.0]),
+            ([1.0, 0.6, 0.8], [20.0, 2.0]),
+        ] {
+            let body = Superquadric::new(axes, exponents).unwrap();
+            let ((volume, first), feet) = (lattice(&body), feet(&body, 1.2));
+            let big =
+                body.facets.depth() / (0.5 * axes.iter().copied().fold(f64::INFINITY, f64::min));
+            println!(
+                "{axes:?} {exponents:?}: {volume:.1e}, {first:.1e}, feet {feet:.1e}, {} faces, {big:.4}",
+                body.facets.faces().len()
+            );
+            assert!(volume < 1e-12 && first < 1e-12 && feet < 1e-8);
+            // Touching faces are further out before they are shrunk.
+            assert!((0.995..1.0).contains(&big), "{big}");
+            let [part] = body.parts() else { panic!() };
+            assert!(part.rounding > 0.0);
+            let area: Vector3<f64> = body.surface(0.05).iter().map(|p| p.area * p.normal).sum();
+            assert!(area.norm() < 1e-3, "{area}");
+        }
+        assert!(Superquadric::new([1.0; 3], [1.5, 2.0]).unwrap_err().0.contains("1.5"));
+        assert!(Superquadric::new([1.0, 0.0, 1.0], [2.0; 2]).unwrap_err().0.contains('0'));
+    }
+}
