@@ -11,9 +11,14 @@
 //! A shape of two dimensions lies in the plane z = 0 and is the section of a cylinder of unit
 //! depth.
 
+mod distance;
 mod part;
+mod simplex;
+mod touch;
 
+pub use distance::{Closest, Pose, closest};
 pub use part::{Core, Face, Part, Polytope};
+pub use touch::{Touch, touch, touch_plane};
 
 use nalgebra::{Matrix3, Vector3};
 
