@@ -1,23 +1,23 @@
 //! The nearest points of two convex parts.
 //!
 //! ```text
-//!   s(n) = min_b n.b - max_a n.a       how far the cores are apart along n, of length 1
-//!   distance = max_n s(n)                    over all n: a concave function, its gradient b - a
-//!   n' = n + d,  (H_a + H_b + s I) d = (b - a)_t        Newton, H: how the support points move
+//!        __                 n, length d          v = b - a of cores, by the algorithm of Gilbert,
+//!       /A \ a o--------o b /\                   Johnson and Keerthi: which corners, edges or
+//!       \__/               /B \                  faces of polytopes are nearest
 //! ```
-//! The algorithm of Gilbert, Johnson and Keerthi finds which corners, edges or faces of polytopes
-//! are nearest, and the direction for smooth cores roughly, which Newton's method makes exact among
-//! the directions normal to that edge or face. (parry3d's version of it stops at 5e-8 of the
-//! distance, which leaves 3e-4 of the normal near edges, and counts lengths in absolute terms.)
+//! For smooth cores that is the start of Newton's method ([`crate::smooth`]). (parry3d's version of
+//! the algorithm stops at 5e-8 of the distance, which leaves 3e-4 of the normal near edges, and
+//! counts lengths in absolute terms.)
 
 use crate::part::{Core, Part};
 use crate::simplex::{Corner, Simplex};
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use crate::smooth::refine;
+use nalgebra::{Rotation3, Vector3};
 
-/// Most iterations of both methods.
+/// Most iterations.
 const MOST: usize = 100;
 /// Distance of cores, of the way between the parts' places, below which they overlap.
-const NONE: f64 = 1e-9;
+pub(crate) const NONE: f64 = 1e-9;
 
 /// Where a body is and how it is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +61,7 @@ impl<'a> Placed<'a> {
     }
 
     /// The point that lies furthest along `n` (m), and its number among the corners of a polytope.
-    fn support(&self, n: &Vector3<f64>) -> (Vector3<f64>, u32) {
+    pub fn support(&self, n: &Vector3<f64>) -> (Vector3<f64>, u32) {
         let own = self.orientation.inverse_transform_vector(n);
         if let Core::Polytope(polytope) = self.core {
             let mut best = (f64::NEG_INFINITY, 0);
@@ -76,27 +76,14 @@ impl<'a> Placed<'a> {
         (self.at(&self.core.support(&own)), 0)
     }
 
-    /// How the support point moves with the direction `n` (m).
-    fn bend(&self, n: &Vector3<f64>) -> Matrix3<f64> {
-        let own = self.orientation.inverse_transform_vector(n);
-        let turn = self.orientation.matrix();
-        turn * self.core.bend(&own) * turn.transpose()
-    }
-
-    fn is_smooth(&self) -> bool {
+    pub fn is_smooth(&self) -> bool {
         matches!(self.core, Core::Ellipsoid { .. } | Core::Superquadric { .. })
     }
 }
 
 /// The nearest points of two parts of bodies in these poses; `guess` is a direction from the first
 /// to the second, not zero. `None` where their cores overlap.
-pub fn closest(
-    a: &Part,
-    at: &Pose,
-    b: &Part,
-    to: &Pose,
-    guess: &Vector3<f64>,
-) -> Option<Closest> {
+pub fn closest(a: &Part, at: &Pose, b: &Part, to: &Pose, guess: &Vector3<f64>) -> Option<Closest> {
     let cores = [Placed::new(a, at), Placed::new(b, to)];
     let rounding = a.rounding + b.rounding;
     if let (Core::Point, Core::Point) = (&a.core, &b.core) {
@@ -121,8 +108,8 @@ fn search(cores: &[Placed<'_>; 2], guess: &Vector3<f64>) -> Option<Simplex> {
     let tolerance = match (smooth, flat) {
         ([false, false], _) => 1e-14,
         // The feature of the polytope has to be right.
-        (_, [true, _] | [_, true]) => 1e-11,
-        _ => 1e-2,
+        (_, [true, _] | [_, true]) => 3e-14,
+        _ => 1e-6,
     };
     let mut simplex = Simplex::default();
     let mut way = guess.try_normalize(0.0).unwrap_or_else(Vector3::x);
@@ -161,10 +148,10 @@ fn flat(simplex: &Simplex) -> Option<Closest> {
 
 /// Up to two directions of length 1, normal to each other.
 #[derive(Clone, Copy, Debug, Default)]
-struct Directions([Vector3<f64>; 2]);
+pub(crate) struct Directions(pub [Vector3<f64>; 2]);
 
 impl Directions {
-    fn of(ways: impl Iterator<Item = Vector3<f64>>) -> Directions {
+    pub fn of(ways: impl Iterator<Item = Vector3<f64>>) -> Directions {
         let (mut all, mut count) = (Directions::default(), 0);
         for way in ways {
             let across = all.across(&all.across(&way));
@@ -177,106 +164,7 @@ impl Directions {
     }
 
     /// The part of a vector across them.
-    fn across(&self, v: &Vector3<f64>) -> Vector3<f64> {
+    pub fn across(&self, v: &Vector3<f64>) -> Vector3<f64> {
         v - self.0.iter().map(|d| v.dot(d) * d).sum::<Vector3<f64>>()
     }
-}
-
-/// Smooth cores, or one and a feature of a polytope, while the direction is sought.
-struct Refined<'a, 'b> {
-    cores: &'a [Placed<'b>; 2],
-    /// A point of the feature of each core that is not smooth.
-    fixed: [Option<Vector3<f64>>; 2],
-    /// Along the feature.
-    frame: Directions,
-}
-
-impl Refined<'_, '_> {
-    /// The support points along `n`.
-    fn points(&self, n: &Vector3<f64>) -> [Vector3<f64>; 2] {
-        [0, 1].map(|k| {
-            let along = if k == 0 { *n } else { -n };
-            self.fixed[k].unwrap_or_else(|| self.cores[k].support(&along).0)
-        })
-    }
-
-    /// The step of Newton's method from `n`, with the way between the support points there.
-    fn step(&self, n: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        let [a, b] = self.points(n);
-        let (way, turn) = (b - a, |v: &Vector3<f64>| {
-            let v = self.frame.across(v);
-            v - v.dot(n) * n
-        });
-        let tangent = turn(&way);
-        let mut bend = Matrix3::from_diagonal_element(way.dot(n).max(1e-3 * way.norm()));
-        for k in [0, 1].into_iter().filter(|k| self.fixed[*k].is_none()) {
-            let own = self.cores[k].bend(&if k == 0 { *n } else { -n });
-            let half = Matrix3::from_columns(&[0, 1, 2].map(|c| turn(&own.column(c).into())));
-            let rows = half.transpose();
-            bend += Matrix3::from_columns(&[0, 1, 2].map(|c| turn(&rows.column(c).into())));
-        }
-        (way, bend.try_inverse().map_or(tangent, |inverse| turn(&(inverse * tangent))))
-    }
-
-    /// How far along a step the cores are furthest apart.
-    fn furthest(&self, n: &Vector3<f64>, step: &Vector3<f64>) -> f64 {
-        let slope = |x: f64| {
-            let m = (n + x * step).normalize();
-            let [a, b] = self.points(&m);
-            (b - a).dot(&(step - step.dot(&m) * m))
-        };
-        let (mut low, mut high) = (0.0, 1.0);
-        if slope(high) >= 0.0 {
-            return high;
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            *(if slope(middle) > 0.0 { &mut low } else { &mut high }) = middle;
-            if high - low < 1e-3 * high {
-                break;
-            }
-        }
-        if low > 0.0 { low } else { high }
-    }
-}
-
-/// The nearest points of two cores of which one is smooth, from about the simplex.
-fn refine(cores: &[Placed<'_>; 2], simplex: &Simplex) -> Option<Closest> {
-    let (first, _) = simplex.corners().next()?;
-    let fixed = [0, 1].map(|k| (!cores[k].is_smooth()).then_some(first.points[k]));
-    let edges = simplex.corners().skip(1).flat_map(|(corner, _)| {
-        [0, 1].into_iter().filter(|k| fixed[*k].is_some()).map(|k| corner.points[k] - first.points[k])
-    });
-    let refined =
-        Refined { cores, fixed, frame: Directions::of(edges.filter(|way| way.norm() > 0.0)) };
-    let [p, q] = simplex.points();
-    let mut n = refined.frame.across(&(q - p)).try_normalize(0.0)?;
-    for _ in 0..MOST {
-        let (way, step) = refined.step(&n);
-        if step.norm() < 1e-14 {
-            break;
-        }
-        let next = (n + step).normalize();
-        let [a, b] = refined.points(&next);
-        // The distance along n is the largest at the end: else the step was too long.
-        n = if (b - a).dot(&next) >= way.dot(&n) - 1e-15 * way.norm() {
-            next
-        } else {
-            (n + refined.furthest(&n, &step) * step).normalize()
-        };
-        if step.norm() < 1e-9 {
-            break;
-        }
-    }
-    let [a, b] = refined.points(&n);
-    let distance = (b - a).dot(&n);
-    // Of two smooth cores the one that is more bent says where.
-    let flatter = || cores[0].bend(&n).trace() > cores[1].bend(&-n).trace();
-    let points = match refined.fixed {
-        [Some(_), _] => [b - distance * n, b],
-        [None, None] if flatter() => [b - distance * n, b],
-        _ => [a, a + distance * n],
-    };
-    (distance > NONE * (cores[1].place - cores[0].place).norm())
-        .then_some(Closest { normal: n, distance, points })
 }

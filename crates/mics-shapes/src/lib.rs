@@ -14,6 +14,7 @@
 mod distance;
 mod part;
 mod simplex;
+mod smooth;
 mod touch;
 
 pub use distance::{Closest, Pose, closest};

@@ -110,11 +110,19 @@ impl Core {
 
 /// Second derivatives of how far a superquadric reaches: of the norm of a norm.
 fn bend_of(half: &Vector3<f64>, [p, q]: [f64; 2], n: &Vector3<f64>) -> Matrix3<f64> {
-    let w = half.component_mul(n);
+    nested(half, [p / (p - 1.0), q / (q - 1.0)], n).2
+}
+
+/// `(|s_x x|^q + |s_y y|^q)^(1/q)` and `|s_z z|` by the norm of the exponent p: that, its gradient
+/// and its second derivatives by the place.
+pub(crate) fn nested(
+    scale: &Vector3<f64>,
+    [p, q]: [f64; 2],
+    place: &Vector3<f64>,
+) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let w = scale.component_mul(place);
     let least = 1e-12 * w.norm();
     let at = w.map(|x| x.abs().max(least));
-    let (x, y, z) = (at.x, at.y, at.z);
-    let [dual_p, dual_q] = [p / (p - 1.0), q / (q - 1.0)];
     // First and second derivatives of `(u^r + v^r)^(1/r)`.
     let norm = |u: f64, v: f64, r: f64| {
         let whole = (u.powf(r) + v.powf(r)).powf(1.0 / r);
@@ -124,8 +132,8 @@ fn bend_of(half: &Vector3<f64>, [p, q]: [f64; 2], n: &Vector3<f64>) -> Matrix3<f
         let own = |a: f64, b: f64| second * a.powf(r - 2.0) * b.powf(r);
         (whole, [a.powf(r - 1.0), b.powf(r - 1.0)], [own(a, b), mixed, own(b, a)])
     };
-    let (section, [sx, sy], [sxx, sxy, syy]) = norm(x, y, dual_q);
-    let (_, [hs, _], [hss, hsz, hzz]) = norm(section, z, dual_p);
+    let (section, [sx, sy], [sxx, sxy, syy]) = norm(at.x, at.y, q);
+    let (whole, [hs, hz], [hss, hsz, hzz]) = norm(section, at.z, p);
     let slope = Vector3::new(sx, sy, 0.0);
     let mut bend = hss * slope * slope.transpose();
     bend[(0, 0)] += hs * sxx;
@@ -137,8 +145,9 @@ fn bend_of(half: &Vector3<f64>, [p, q]: [f64; 2], n: &Vector3<f64>) -> Matrix3<f
         bend[(2, a)] += hsz * s;
     }
     bend[(2, 2)] += hzz;
-    let signed = half.zip_map(n, |half, n| half.copysign(n));
-    Matrix3::from_fn(|i, j| signed[i] * bend[(i, j)] * signed[j])
+    let signed = scale.zip_map(place, |scale, x| scale.copysign(x));
+    let gradient = Vector3::new(hs * sx, hs * sy, hz).component_mul(&signed);
+    (whole, gradient, Matrix3::from_fn(|i, j| signed[i] * bend[(i, j)] * signed[j]))
 }
 
 /// Support point of the superquadric `(|x/a|^q + |y/b|^q)^(p/q) + |z/c|^p <= 1`: by Hoelder's

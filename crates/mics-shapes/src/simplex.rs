@@ -76,9 +76,12 @@ fn project(all: &[Corner; 4], set: usize) -> Option<(Vector3<f64>, Simplex)> {
         chosen.count += 1;
     }
     let (last, n) = (chosen.corners[chosen.count - 1].way(), chosen.count - 1);
-    let edges: [Vector3<f64>; 3] = std::array::from_fn(|k| {
-        if k < n { chosen.corners[k].way() - last } else { Vector3::zeros() }
-    });
+    let edges: [Vector3<f64>; 3] =
+        std::array::from_fn(
+            |k| {
+                if k < n { chosen.corners[k].way() - last } else { Vector3::zeros() }
+            },
+        );
     // Of fewer than three edges the rest of the system says that their weights are zero.
     let gram = Matrix3::from_fn(|i, j| match i < n && j < n {
         true => edges[i].dot(&edges[j]),
