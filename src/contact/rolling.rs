@@ -14,7 +14,7 @@
 //! ```
 //! Over a substep h the torque is the one that the spin at its end asks for (Euler's backward
 //! scheme): it turns a body by its own inertia alone, which is next to none of a light one, before
-//! friction at the contact knows of it.
+//! friction at the contact knows of it. Bodies that are not round have none: their shape resists.
 
 use super::Contacts;
 use super::law::Kinematics;
@@ -30,15 +30,16 @@ impl Contacts {
         pair: &mut Pair,
         bodies: &[Body],
         kinematics: &Kinematics,
-        arms: [f64; 2],
+        arms: [Vector3<f64>; 2],
         normal: f64,
     ) -> Vector3<f64> {
         let friction = self.law(pair).material.rolling_friction;
-        if friction == 0.0 || normal <= 0.0 {
-            return Vector3::zeros();
-        }
         let (body, other, h, n) =
             (&bodies[pair.first], bodies.get(pair.second), kinematics.h, kinematics.normal);
+        let round = body.is_round() && other.is_none_or(Body::is_round);
+        if friction == 0.0 || normal <= 0.0 || !round {
+            return Vector3::zeros();
+        }
         let spin = body.spin - other.map_or(Vector3::zeros(), |other| other.spin);
         let rolling = spin - spin.dot(&n) * n;
         let reduced = 1.0 / (1.0 / body.radius() + other.map_or(0.0, |other| 1.0 / other.radius()));
@@ -65,7 +66,7 @@ impl Contacts {
             let inverse_mass = &self.inverse_masses[body];
             let (mass, inertia) = (inverse_mass.mass.max(), inverse_mass.inertia.max());
             if mass > 0.0 && inertia > 0.0 {
-                1.0 / (1.0 / inertia + arms[k] * arms[k] / mass)
+                1.0 / (1.0 / inertia + arms[k].norm_squared() / mass)
             } else {
                 0.0
             }

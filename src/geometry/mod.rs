@@ -105,6 +105,11 @@ pub trait Shape: Debug + Send + Sync {
         false
     }
 
+    /// Its convex parts, as contacts see them; none of a round shape.
+    fn parts(&self) -> &[mics_shapes::Part] {
+        &[]
+    }
+
     /// Area of the surface (m2; m in 2D), and the moments of inertia of the surface in the body's
     /// own axes (m4; m3), as of a shell of a kilogram per area. By default those of its points.
     fn surface_moments(&self) -> (f64, Matrix3<f64>) {

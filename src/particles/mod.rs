@@ -6,6 +6,7 @@
 pub mod body;
 mod inertia;
 mod neighbours;
+mod rotation;
 
 pub use body::{Accelerations, Body, Freedom, Motion, Oscillation, all_fixed, nearest_image};
 pub use inertia::Inertia;

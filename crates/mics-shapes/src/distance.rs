@@ -20,7 +20,7 @@ const MOST: usize = 100;
 pub(crate) const NONE: f64 = 1e-9;
 
 /// Where a body is and how it is turned.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Its centre (m).
     pub place: Vector3<f64>,

@@ -12,6 +12,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+/// Radius of a ball that contacts may press in as deep as into a skin (of its thickness): overlaps
+/// are a fiftieth of the radius.
+const SKINS: f64 = 20.0;
+
 /// A convex part, in the own axes of its body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
@@ -23,6 +27,20 @@ pub struct Part {
     pub rounding: f64,
     /// Radius of the sphere about `place` that holds all of the part (m).
     pub radius: f64,
+}
+
+impl Part {
+    /// A ball about a place (m) of this radius (m); a disc in 2D.
+    pub fn ball(place: Vector3<f64>, radius: f64) -> Part {
+        Part { place, core: Core::Point, rounding: radius, radius }
+    }
+
+    /// Radius of a ball that contacts may press in as deep (m): that of a ball itself, and else
+    /// such that its overlaps leave the cores apart.
+    pub fn contact_radius(&self) -> f64 {
+        let skins = if self.core == Core::Point { 1.0 } else { SKINS };
+        (skins * self.rounding).min(self.radius)
+    }
 }
 
 /// A convex core, about its own origin; in 2D all of it lies in the plane z = 0.
