@@ -187,7 +187,8 @@ impl Contacts {
         let (law, mass) = (self.law(pair), kinematics.mass_of_overlap());
         // The energy of an overlap counts as that of an approach.
         let speed = ((kinematics.gain * kinematics.approach).powi(2)
-            + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
+            + 2.0 * law.stored(kinematics.overlap) / mass)
+            .sqrt();
         let x = (PI * pair.touched / law.contact_time(mass, speed)).min(PI);
         1.0 - x.sin() / x
     }

@@ -219,8 +219,8 @@ impl Law {
         // Along the overlap: the force that does its work acts on the bodies `gain` times.
         let gain = kinematics.gain;
         let slowing = 0.5 * h * kinematics.inverse_normal * gain * gain;
-        let approach = gain * (kinematics.approach + 0.5 * h * kinematics.accelerations)
-            - slowing * elastic;
+        let approach =
+            gain * (kinematics.approach + 0.5 * h * kinematics.accelerations) - slowing * elastic;
         let normal = gain * (elastic + damper * approach / (1.0 + slowing * damper)).max(0.0);
         let (stiffness, lasted) = (law.tangential_ratio * k * mean(g - 1.0), mean(0.0) * h);
         (

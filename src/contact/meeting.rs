@@ -323,9 +323,7 @@ impl Contacts {
             accelerations: accelerations.dot(&normal)
                 + if round { 0.0 } else { turned.dot(&normal) },
             push_slip: along(accelerations, turned),
-            inverse_normal: finite(
-                normal.component_mul(&normal).dot(&inverse) + inverse_turn[0],
-            ),
+            inverse_normal: finite(normal.component_mul(&normal).dot(&inverse) + inverse_turn[0]),
             inverse_tangential: finite(inverse.max() + inverse_turn[1]),
         }
     }

@@ -1,8 +1,8 @@
 //! Refusal of overlaps that are too deep, with what would have held them.
 
+use super::Contacts;
 use super::law::Kinematics;
 use super::pair::Pair;
-use super::Contacts;
 use crate::Error;
 use crate::particles::Body;
 use nalgebra::Vector3;
@@ -51,7 +51,8 @@ impl Contacts {
                 ["x", "y", "z"][axis],
             ));
         }
-        let (overlap, law, mass) = (kinematics.overlap, self.law(pair), kinematics.mass_of_overlap());
+        let (overlap, law, mass) =
+            (kinematics.overlap, self.law(pair), kinematics.mass_of_overlap());
         let exponent = law.material.exponent;
         // What strikes, or presses by what pushes the two, stopped at a tenth of the limit.
         let accelerations = |k: usize| {

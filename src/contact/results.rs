@@ -74,8 +74,7 @@ impl Contacts {
             let met = self.kinematics(pair, bodies, 0.0).0;
             // An approach by less than a thousandth of the radius while a contact lasts is no
             // impact.
-            let lasts =
-                self.law(pair).contact_time(met.mass_of_overlap(), met.approach.max(0.0));
+            let lasts = self.law(pair).contact_time(met.mass_of_overlap(), met.approach.max(0.0));
             let still =
                 met.approach <= 0.0 || met.approach * lasts < 1e-3 * bodies[pair.first].radius();
             let least = -self.medium.roughness.max(TOUCHING * bodies[pair.first].radius());

@@ -153,9 +153,9 @@ impl Contacts {
             let (way, turned) = travel(body, &accelerations, h, &self.periods);
             self.travelled[i] += way;
             self.turned[i] += turned;
-            let next =
-                (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * h) * h
-                    + rim_speed(body) * h;
+            let next = (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * h)
+                * h
+                + rim_speed(body) * h;
             within &= self.travelled[i] + next <= self.search_radius[i];
         }
         within

@@ -114,8 +114,7 @@ mod tests {
     fn free_asymmetric_body_turns_over_and_keeps_energy() {
         for dt in [1e-3, 0.02, 0.3] {
             let mut body = Body::new(Arc::new(Racket), 2.0, 0.0, Vector3::zeros());
-            body.motion =
-                Motion::Free(Freedom { translation: [true; 3], rotation: [true; 3] });
+            body.motion = Motion::Free(Freedom { translation: [true; 3], rotation: [true; 3] });
             body.spin = Vector3::new(1e-4, 1.0, 1e-4);
             let momentum = body.inertia().of(&body.spin);
             let energy = |body: &Body| 0.5 * body.spin.dot(&body.inertia().of(&body.spin));
@@ -127,7 +126,7 @@ mod tests {
                 over += usize::from(along * last < 0.0 && along.abs() > 0.0);
                 last = along;
                 let gone = (body.inertia().of(&body.spin) - momentum).norm() / momentum.norm();
-                assert!(gone < 1e-13, "{gone:e}");
+                assert!(gone < 1e-12, "{gone:e}");
             }
             let changed = (energy(&body) / start - 1.0).abs() / turns;
             println!("dt {dt}: turned over {over} times, energy changed by {changed:.1e} a turn");
