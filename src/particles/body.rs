@@ -152,6 +152,14 @@ impl Body {
         self.round
     }
 
+    /// How far it reaches from its centre along the axes of the box (m).
+    pub fn reach(&self) -> Vector3<f64> {
+        if self.round {
+            return Vector3::repeat(self.radius);
+        }
+        self.shape.bounds(&self.orientation())
+    }
+
     /// What brings its own axes into those of the box; of a round body, which does not show it,
     /// nothing.
     pub fn orientation(&self) -> Orientation {

@@ -66,8 +66,9 @@ fn ellipse_rocks_at_its_frequency() {
     assert!(periods >= 3 && (frequency / 1.154_70 - 1.0).abs() < 0.01);
 }
 
-/// Where a body on a slope is after some time: how far it has slid (m), and turned (rad).
-fn on_slope(shape: &Parts, friction: f64, slope: f64, time: f64) -> (f64, f64) {
+/// A body on a slope after some time: how far it has slid (m) and how fast it does (m/s), and by
+/// what it has turned (rad).
+fn on_slope(shape: &Parts, friction: f64, slope: f64, time: f64) -> (f64, f64, f64) {
     let (half, law) = (0.01, stiff(1e6, 0.3, friction));
     let size = if shape.dimension == 2 { [0.4, 0.2, 0.0] } else { [0.4, 0.2, 0.2] };
     let mut one = [free(shape, vector![0.1, half, 0.5 * size[2]], Vector3::zeros())];
@@ -76,7 +77,7 @@ fn on_slope(shape: &Parts, friction: f64, slope: f64, time: f64) -> (f64, f64) {
     for _ in 0..(time / 2e-3) as usize {
         wall.advance(&mut one, &[falling(slope)], 2e-3).unwrap();
     }
-    (one[0].centre.x - 0.1, one[0].orientation.angle())
+    (one[0].centre.x - 0.1, one[0].velocity.norm(), one[0].orientation.angle())
 }
 
 /// A square and a cube slide where `tan = mu`, and tip at 45 degrees where friction holds them.
@@ -85,17 +86,19 @@ fn square_and_cube_on_slope_slide_and_tip() {
     let (h, skin) = (0.01, 5e-5);
     for shape in [solids::rectangle([h, h], skin), solids::cuboid([h; 3], skin)] {
         let mu = 0.5f64;
-        let (held, turned) = on_slope(&shape, mu, (0.99 * mu).atan(), 0.3);
-        assert!(held.abs() < 2e-5 && turned < 1e-3, "{held:e} {turned:e}");
+        // Put down suddenly it slides a little at first.
+        let (slid, speed, turned) = on_slope(&shape, mu, (0.99 * mu).atan(), 0.3);
+        println!("{}D below mu: {slid:.1e} m, {speed:.1e} m/s", shape.dimension);
+        assert!(slid < 1e-3 && speed < 1e-6 && turned < 1e-3, "{slid:e} {speed:e} {turned:e}");
         let slope = (1.2 * mu).atan();
-        let (slid, _) = on_slope(&shape, mu, slope, 0.3);
+        let (slid, ..) = on_slope(&shape, mu, slope, 0.3);
         let expected = 0.5 * G * (slope.sin() - mu * slope.cos()) * 0.09;
         println!("{}D slides {slid:.6} m of {expected:.6}", shape.dimension);
         assert!((slid / expected - 1.0).abs() < 0.01, "{slid} {expected}");
-        let (slid, _) = on_slope(&shape, mu, (1.01 * mu).atan(), 0.3);
-        assert!(slid > 1e-3, "{slid}");
-        let (_, stands) = on_slope(&shape, 3.0, f64::to_radians(44.7), 0.5);
-        let (_, tips) = on_slope(&shape, 3.0, f64::to_radians(45.3), 0.5);
+        let (_, speed, _) = on_slope(&shape, mu, (1.01 * mu).atan(), 0.3);
+        assert!(speed > 5e-3, "{speed}");
+        let (.., stands) = on_slope(&shape, 3.0, f64::to_radians(44.7), 0.5);
+        let (.., tips) = on_slope(&shape, 3.0, f64::to_radians(45.3), 0.5);
         println!("{}D: {stands:.1e} rad at 44.7 degrees, {tips:.1e} at 45.3", shape.dimension);
         assert!(stands < 5e-3 && tips > 0.05, "{stands} {tips}");
     }
@@ -116,17 +119,23 @@ fn impact(shape: &Parts, law: Material, dice: &mut Dice) -> Option<[f64; 2]> {
     let radius = two[0].radius();
     let way = any(1.0).normalize();
     two[0].centre -= 1.01 * radius * way;
-    two[1].centre += 1.01 * radius * way + any(0.5 * radius);
+    let aside = any(0.7 * radius);
+    two[1].centre += 1.01 * radius * way + aside - aside.dot(&way) * way;
     (two[0].velocity, two[1].velocity) = (v * way + any(0.1 * v), -v * way + any(0.1 * v));
     (two[0].spin, two[1].spin) = (spin(any(0.5 * v / radius)), spin(any(0.5 * v / radius)));
     let size = if flat { [0.2, 0.2, 0.0] } else { [0.2; 3] };
     let mut pair = contacts(&two, law, size, &[0, 1, 2][..shape.dimension], Substeps::Auto);
     let (start, momentum) = (kinetic(&two), momenta(&two));
-    let (mut touched, mut most) = (false, 0.0f64);
-    for _ in 0..40 {
-        pair.advance(&mut two, &[Accelerations::default(); 2], 0.1 * radius / v).unwrap();
-        touched |= pair.impulses()[0].linear != Vector3::zeros();
+    let (mut touched, mut most, mut after) = (false, 0.0f64, 0);
+    for _ in 0..60 {
+        pair.advance(&mut two, &[Accelerations::default(); 2], 0.04 * radius / v).unwrap();
+        let touches = pair.impulses()[0].linear != Vector3::zeros();
+        touched |= touches;
+        after = if touches || !touched { 0 } else { after + 1 };
         most = most.max(kinetic(&two) / start - 1.0);
+        if after > 3 {
+            break;
+        }
     }
     let end = momenta(&two);
     assert!((end[0] - momentum[0]).norm() < 1e-12 * two[0].mass() * v);
@@ -140,11 +149,11 @@ fn impact(shape: &Parts, law: Material, dice: &mut Dice) -> Option<[f64; 2]> {
 fn random_impacts_bring_no_energy() {
     for dimension in [2, 3] {
         for (name, shape) in solids::all(dimension) {
-            for (e, friction) in [(1.0, 0.0), (1.0, 0.3), (0.5, 0.3)] {
+            for (e, friction, impacts) in [(1.0, 0.0, 100), (1.0, 0.3, 20), (0.5, 0.3, 100)] {
                 let (mut dice, mut count) = (Dice(11), 0);
                 let [mut rise, mut fall] = [0.0f64; 2];
                 let mut over = 0;
-                while count < 100 {
+                while count < impacts {
                     let law = stiff(if dimension == 2 { 3e7 } else { 1e6 }, e, friction);
                     let Some([change, most]) = impact(&shape, law, &mut dice) else { continue };
                     count += 1;
@@ -168,7 +177,8 @@ fn random_impacts_bring_no_energy() {
 fn cube_lying_flat_rests() {
     let half = 0.01;
     for drop in [0.0, 1e-4] {
-        let mut one = [free(&solids::cuboid([half; 3], 5e-4), vector![0.1, 0.1, 0.1], Vector3::zeros())];
+        let mut one =
+            [free(&solids::cuboid([half; 3], 5e-4), vector![0.1, 0.1, 0.1], Vector3::zeros())];
         one[0].centre.y = half + drop;
         let law = stiff(1e5, 0.3, 0.5);
         let mut wall = contacts(&one, law, [0.2; 3], &[0, 1, 2], Substeps::Auto);
@@ -217,7 +227,10 @@ fn sphere_over_face_and_edge_of_box_keeps_energy() {
 
 /// A heap of mixed shapes in a box.
 fn heap(dimension: usize) -> Vec<Body> {
-    let (shapes, mut dice) = (solids::all(dimension), Dice(5));
+    // What is round where it lies rocks on and on.
+    let mut shapes = solids::all(dimension);
+    shapes.retain(|(name, _)| !name.starts_with("ellips"));
+    let mut dice = Dice(5);
     let flat = dimension == 2;
     let one = |k: usize| {
         let z = if flat { 0.0 } else { 0.025 * (1.0 + (k / 4 % 2) as f64) };
@@ -241,7 +254,7 @@ fn pile_of_convex_bodies_comes_to_rest() {
         let pull = vec![falling(0.0); bodies.len()];
         let scale: f64 = bodies.iter().map(|b| b.mass() * G * b.radius()).sum();
         let mut taken = 0;
-        for _ in 0..1500 {
+        for _ in 0..1000 {
             taken += all.advance(&mut bodies, &pull, 1e-3).unwrap();
         }
         let left = kinetic(&bodies) / scale;
