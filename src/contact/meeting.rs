@@ -126,6 +126,8 @@ pub(super) struct Meeting {
     pub(super) gain: f64,
     /// From the centres to the contact (m).
     pub(super) arms: [Vector3<f64>; 2],
+    /// Radius of the patch (m).
+    pub(super) spread: f64,
     /// Local radii of curvature (m).
     pub(super) radii: [f64; 2],
     /// Relative velocity of the centres (m/s).
@@ -155,7 +157,7 @@ impl Contacts {
                 let arms =
                     [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
                 let approach = velocity.dot(&normal);
-                Meeting { normal, overlap, gain: 1.0, arms, radii, velocity, approach }
+                Meeting { normal, overlap, gain: 1.0, arms, spread: 0.0, radii, velocity, approach }
             }
             None if body.is_round() => {
                 let wall = &self.walls[pair.second - bodies.len()];
@@ -167,6 +169,7 @@ impl Contacts {
                     overlap: body.radius() - distance,
                     gain: 1.0,
                     arms: [distance * normal, Vector3::zeros()],
+                    spread: 0.0,
                     radii: [body.radius(), f64::INFINITY],
                     velocity,
                     approach: velocity.dot(&normal),
@@ -223,6 +226,7 @@ impl Contacts {
                     overlap: part.rounding + its_part.rounding,
                     gain: 1.0,
                     arms: [0.5 * apart, -0.5 * apart],
+                    spread: 0.0,
                     radii: [part.radius, its_part.radius],
                     velocity,
                     approach: velocity.dot(&normal),
@@ -377,8 +381,8 @@ impl Meeting {
         velocity: Vector3<f64>,
         turning: Vector3<f64>,
     ) -> Meeting {
-        let &Touch { normal, overlap, gain, radii, .. } = touch;
+        let &Touch { normal, overlap, gain, spread, radii, .. } = touch;
         let approach = (velocity + turning).dot(&normal);
-        Meeting { normal, overlap, gain, arms, radii, velocity, approach }
+        Meeting { normal, overlap, gain, arms, spread, radii, velocity, approach }
     }
 }

@@ -36,6 +36,8 @@ pub struct Touch {
     pub gain: f64,
     /// In the middle of the overlap (m).
     pub place: Vector3<f64>,
+    /// Radius of the patch (m): how far its corners lie from the place, by their shares.
+    pub spread: f64,
     /// Local radii of curvature of both surfaces (m), infinite of a plane.
     pub radii: [f64; 2],
 }
@@ -45,13 +47,14 @@ pub struct Touch {
 struct Patch {
     /// The deepest overlap (m), what depths are counted in.
     deepest: f64,
-    /// Sum of `(d/deepest)^p`, and those of `(d/deepest)^(p-1)` with 1, n, x and `x x n` (places
-    /// from `origin`).
+    /// Sum of `(d/deepest)^p`, and those of `(d/deepest)^(p-1)` with 1, n, x, `x x n` and `x.x`
+    /// (places from `origin`).
     power: f64,
     weight: f64,
     normal: Vector3<f64>,
     place: Vector3<f64>,
     moment: Vector3<f64>,
+    square: f64,
     origin: Vector3<f64>,
     /// The deepest of them.
     largest: f64,
@@ -86,6 +89,7 @@ impl Patch {
         self.weight += weight;
         self.normal += weight * normal;
         self.place += weight * place;
+        self.square += weight * place.norm_squared();
         self.moment += weight * place.cross(normal);
         self.largest = self.largest.max(depth);
     }
@@ -103,6 +107,7 @@ impl Patch {
             overlap: self.deepest * overlap,
             gain: scale / overlap.powi(POWER - 1),
             place,
+            spread: (self.square / self.weight - mean.norm_squared()).max(0.0).sqrt(),
             radii,
         }
     }
@@ -117,7 +122,7 @@ pub fn touch(a: &Part, at: &Pose, b: &Part, to: &Pose, guess: &Vector3<f64>) -> 
     let radii = [radius(a, &sides[0], &normal), radius(b, &sides[1], &-normal)];
     let overlap = -distance;
     let place = points[0] + (a.rounding - 0.5 * overlap) * normal;
-    let single = Touch { normal, overlap, gain: 1.0, place, radii };
+    let single = Touch { normal, overlap, gain: 1.0, place, spread: 0.0, radii };
     let (Core::Polytope(one), Core::Polytope(other)) = (&a.core, &b.core) else {
         return Some(single);
     };
@@ -152,7 +157,7 @@ pub fn touch_plane(part: &Part, pose: &Pose, normal: &Vector3<f64>, offset: f64)
     // In the plane.
     let foot = |point: &Vector3<f64>| point + (offset - point.dot(normal)) * normal;
     let place = foot(&nearest);
-    let single = Touch { normal: *normal, overlap, gain: 1.0, place, radii };
+    let single = Touch { normal: *normal, overlap, gain: 1.0, place, spread: 0.0, radii };
     let Core::Polytope(polytope) = &part.core else { return single };
     if overlap <= 0.0 {
         return single;
