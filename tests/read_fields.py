@@ -24,7 +24,9 @@ def expect(condition, message):
     passed += 1
 
 
-for run in map(Path, sys.argv[1:]):
+runs = sys.argv[1:]
+runs, shapes = (runs[: runs.index("--surfaces")], runs[runs.index("--surfaces") + 1 :]) if "--surfaces" in runs else (runs, [])
+for run in map(Path, runs):
     summary = json.loads((run / "summary.json").read_text())
     steps = list(csv.DictReader((run / "steps.csv").open()))
     series = ElementTree.parse(run / "fields/series.pvd").getroot().findall("Collection/DataSet")
@@ -76,4 +78,23 @@ for run in map(Path, sys.argv[1:]):
         cells = meshio.read(other).cell_data
         for name in mesh.cell_data:
             expect(numpy.array_equal(numpy.concatenate(cells[name]), mesh.cell_data[name]), f"{run}: {name} by way of meshio")
+# Surfaces of bodies that are not round: a sphere, an ellipsoid that moves and turns, a cube.
+for run in map(Path, shapes):
+    newest = sorted((run / "fields").glob("bodies-*.vtp"))[-1]
+    mesh = pyvista.read(newest)
+    time = mesh.field_data["TimeValue"][0]
+    ids = mesh.point_data["id"]
+    expect(mesh.n_verts == 3 and list(mesh.point_data["radius"][:3]) == [0.01, 0, 0], f"{run}: centres")
+    expect(set(ids) == {0, 1, 2} and sum(ids == 0) == 1, f"{run}: points of the bodies")
+    exact = [None, math.pi / 6 * 0.03 * 0.02 * 0.015, 0.02**3]
+    for k, corners in ((1, None), (2, 8)):
+        surface = mesh.extract_points(numpy.flatnonzero(ids == k)[1:], adjacent_cells=False).extract_surface(algorithm="dataset_surface")
+        expect(corners is None or surface.n_points == corners, f"{run}: {surface.n_points} corners of body {k}")
+        expect(abs(surface.volume / exact[k] - 1) < 0.02, f"{run}: volume {surface.volume} of body {k} against {exact[k]}")
+        expect(abs(mesh.point_data["diameter"][k] - (6 / math.pi * exact[k]) ** (1 / 3)) < 1e-9, f"{run}: diameter of body {k}")
+    centre = mesh.points[1]
+    expect(abs(centre[0] - 0.06 - time) < 1e-6, f"{run}: the ellipsoid's place {centre}")
+    for k in numpy.flatnonzero(ids == 1)[1:]:
+        arm, v = mesh.points[k] - centre, mesh.point_data["velocity"][k]
+        expect(max(abs(v - numpy.array([1 - 10 * arm[1], 10 * arm[0], 0]))) < 1e-5, f"{run}: velocity {v} at {arm}")
 print(f"{passed} passed, 0 failed")

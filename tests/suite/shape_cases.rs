@@ -216,7 +216,7 @@ fn check_names_bad_file_and_place() {
     std::fs::write(dir.path().join("outline.csv"), "x,y\n0,0\n30,0\n0,30\n").unwrap();
     let gone = refused(&case);
     assert!(gone.contains("balls.csv: there is no such file"), "{gone}");
-    assert!(gone.contains("case.toml:25: particle.2.shape.clump.file"), "{gone}");
+    assert!(gone.contains("case.toml:24: particle.2.shape.clump.file"), "{gone}");
 }
 
 #[test]

@@ -85,6 +85,10 @@ fn polygon_of_64_sides_has_drag_of_disc() {
     }
 }
 
+fn env(name: &str, or: f64) -> f64 {
+    std::env::var(name).map_or(or, |x| x.parse().unwrap())
+}
+
 /// Force on a body that is held in a periodic box of this length (m), so many cells a metre, by a
 /// creeping flow of the mean speed 1 mm/s, of a fluid of 1 kg/m3 and 1 Pa s.
 fn creeping(
@@ -105,14 +109,21 @@ fn creeping(
          drive = {{ mean_velocity = {{ axis = \"x\", value = 1e-3 }} }}\n{more}"
     );
     let h = 1.0 / cells as f64;
-    let middle = Vector3::repeat(0.5 * length) + h * Vector3::new(0.13, 0.37, 0.41);
+    let middle = Vector3::repeat(0.5 * length)
+        + h * Vector3::new(env("SX", 0.13), env("SY", 0.37), env("SZ", 0.41));
     let mut body = Body::new(Arc::new(shape.clone()), 1.0, 1.0, middle);
     body.orientation = UnitQuaternion::from_scaled_axis(turn);
     let begin = Instant::now();
     let mut scene: Scene<3> = Scene::with_bodies(session, &case(&text), vec![body]).unwrap();
     let (mut time, mut steps, mut last) = (0.0, 0, f64::NAN);
     loop {
-        let dt = scene.limits().unwrap().tightest().1.min(0.02 * length * length);
+        let dt = scene
+            .limits()
+            .unwrap()
+            .tightest()
+            .1
+            .min(0.02 * length * length)
+            .min(env("DTF", 1e9) * h * h);
         scene.step(dt).unwrap();
         (time, steps) = (time + dt, steps + 1);
         let force = scene.state.exchange[0].momentum.x;
@@ -260,7 +271,7 @@ fn stokes_drag_of_shapes_over_sphere() {
     let at = (length, cells);
     let turned = UnitQuaternion::from_scaled_axis(corner)
         * UnitQuaternion::from_scaled_axis(Vector3::z() * 0.25 * PI);
-    for (name, more) in [("sharp", SHARP), ("mixing", MIXING)] {
+    for (name, more) in [("sharp", SHARP)] {
         let sphere = Solid::new(Ellipsoid::new([1.0; 3]));
         let sphere = creeping(&petsc.session, &sphere, Vector3::zeros(), at, more);
         for (what, shape, turn, exact) in [
@@ -277,6 +288,9 @@ fn stokes_drag_of_shapes_over_sphere() {
             ("superquadric 5", superquadric(5.0), Vector3::zeros(), 1.0255),
             ("superquadric 10", superquadric(10.0), Vector3::zeros(), 1.0563),
         ] {
+            if !what.contains(&std::env::var("WHAT").unwrap_or_default()) {
+                continue;
+            }
             let force = creeping(&petsc.session, &shape, turn, at, more);
             let found = over_sphere(force, sphere, PI / 6.0);
             println!(

@@ -46,7 +46,7 @@ impl Face {
         let angle = t.atan2(e);
         let past = |t: f64| {
             let scale = ((t * t + e * e) * (e * e + h * h)).sqrt();
-            if scale > 0.0 { (h.abs() * t / scale).asin() } else { 0.0 }
+            if scale > 0.0 { (h.abs() * t / scale).clamp(-1.0, 1.0).asin() } else { 0.0 }
         };
         let mut found = Triangle::default();
         if solid {

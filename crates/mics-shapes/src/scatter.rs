@@ -14,15 +14,18 @@ pub fn lattice(body: &dyn Geometry) -> (f64, f64) {
     let three = body.dimension() == 3;
     let (n, mut worst) = (10usize, (0.0f64, 0.0f64));
     let h = 2.2 * body.radius() / (n as f64 - 1.0);
-    for k in 0..8 {
+    for k in 0..10 {
         let axis = if three {
             Vector3::from_fn(|a, _| 3.0 * scatter(9 * k + a))
         } else {
             3.0 * scatter(9 * k) * Vector3::z()
         };
-        let turn = Rotation3::from_scaled_axis(if k == 0 { 0.0 * axis } else { axis });
-        let shift = Vector3::from_fn(|a, _| {
-            if k == 0 || (a == 2 && !three) { 0.0 } else { 0.4 * h * scatter(100 + 3 * k + a) }
+        // Also with corners, edges and faces of boxes right in the middle.
+        let turn = Rotation3::from_scaled_axis(if k < 5 { 0.0 * axis } else { axis });
+        let shift = Vector3::from_fn(|a, _| match k {
+            _ if a == 2 && !three => 0.0,
+            0..4 => 0.5 * h * f64::from(u8::from(a < k)),
+            _ => 0.4 * h * scatter(100 + 3 * k + a),
         });
         let half = [0, 1, 2].map(|a| {
             if a < 2 || three { turn * Vector3::ith(a, 0.5 * h) } else { Vector3::zeros() }

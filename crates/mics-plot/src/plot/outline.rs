@@ -113,7 +113,7 @@ fn crossings((a, r): (Point, f64), (b, s): (Point, f64)) -> Vec<f64> {
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     let distance = dx.hypot(dy);
     let cosine = (distance * distance + r * r - s * s) / (2.0 * distance * r);
-    if !(cosine.abs() < 1.0) {
+    if cosine.is_nan() || cosine.abs() >= 1.0 {
         return Vec::new();
     }
     let (towards, aside) = (dy.atan2(dx), cosine.acos());
