@@ -180,12 +180,13 @@ fn impact(shape: &Parts, law: Material, dice: &mut Dice) -> Option<[f64; 2]> {
     touched.then(|| [kinetic(&two) / start - 1.0, most])
 }
 
-/// A hundred random impacts of each shape: elastic ones keep energy, others never gain any.
+/// A hundred random elastic impacts of each shape keep their energy, and some with losses never gain
+/// any.
 #[test]
 fn random_impacts_bring_no_energy() {
     for dimension in [2, 3] {
         for (name, shape) in solids::all(dimension) {
-            for (e, friction, impacts) in [(1.0, 0.0, 100), (1.0, 0.3, 10), (0.5, 0.3, 25)] {
+            for (e, friction, impacts) in [(1.0, 0.0, 100), (1.0, 0.3, 5), (0.5, 0.3, 10)] {
                 let (mut dice, mut count) = (Dice(11), 0);
                 let [mut rise, mut fall] = [0.0f64; 2];
                 let mut over = 0;
@@ -291,7 +292,7 @@ fn pile_of_convex_bodies_comes_to_rest() {
         let scale: f64 = bodies.iter().map(|b| b.mass() * G * b.radius()).sum();
         let room = |c: &Contacts| c.pairs.capacity() + c.old.capacity() + c.neighbours.capacity();
         let (mut taken, before) = (0, room(&all));
-        for _ in 0..600 {
+        for _ in 0..500 {
             taken += all.advance(&mut bodies, &pull, 1e-3).unwrap();
         }
         assert_eq!(room(&all), before, "a step of parts allocates nothing");
@@ -318,7 +319,7 @@ fn heap_of_parts_restarts_bit_for_bit() {
             |bodies: &[Body]| contacts(bodies, law, size, &[0, 1, 2][..dimension], Substeps::Auto);
         let pull = vec![falling(0.0); bodies.len()];
         let mut all = begin(&bodies);
-        for _ in 0..250 {
+        for _ in 0..220 {
             all.advance(&mut bodies, &pull, 1e-3).unwrap();
         }
         assert!(!all.touching.springs.is_empty());
