@@ -6,8 +6,8 @@
 //!              inner steps that turn by a hundredth at most
 //!   a step under an angular acceleration: half the turn, the kick, the other half
 //! ```
-//! So the angular momentum is kept to rounding, and the energy of a body that tumbles changes by some 1e-9 a
-//! turn. A round body, and one in the plane, keep their spin as they turn.
+//! So the angular momentum is kept to rounding, and the energy of a body that tumbles changes by
+//! some 1e-9 a turn. A round body, and one in the plane, keep their spin as they turn.
 
 use super::{Body, Motion};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};

@@ -180,8 +180,8 @@ fn impact(shape: &Parts, law: Material, dice: &mut Dice) -> Option<[f64; 2]> {
     touched.then(|| [kinetic(&two) / start - 1.0, most])
 }
 
-/// A hundred random elastic impacts of each shape keep their energy, and some with losses never gain
-/// any.
+/// A hundred random elastic impacts of each shape keep their energy, and some with losses never
+/// gain any.
 #[test]
 fn random_impacts_bring_no_energy() {
     for dimension in [2, 3] {
