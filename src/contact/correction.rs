@@ -287,8 +287,8 @@ impl Constraint {
     }
 }
 
-/// What an impulse (N s) at a contact, with these arms (m), turns the first and the second of a pair
-/// by (N m s).
+/// What an impulse (N s) at a contact, with these arms (m), gives the first and the second of a
+/// pair of angular momentum (N m s).
 pub(super) fn turns(arms: &[Vector3<f64>; 2], impulse: &Vector3<f64>) -> [Vector3<f64>; 2] {
     [arms[0].cross(impulse), -arms[1].cross(impulse)]
 }

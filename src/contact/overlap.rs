@@ -66,8 +66,8 @@ impl Contacts {
         let enough = ((exponent + 1.0) * energy / depth.powf(exponent + 1.0))
             .max(pressed / depth.powf(exponent));
         Error::Run(format!(
-            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {:.2} is the limit, at \
-            {:.3e} m/s: its \
+            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {:.2} is the \
+            limit, at {:.3e} m/s: its \
              stiffness is too small for what strikes or presses it; make the contact stiffer, \
              {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press \
              them together \

@@ -50,23 +50,12 @@ impl Contacts {
                     return;
                 }
                 let image = image - crossed(bodies, i, j, periods);
-                let other = &bodies[j];
-                if body.is_round() && other.is_round() {
-                    pairs.push(kept(j, image, [0; 2]));
-                    (paired[i], paired[j]) = (true, true);
-                    return;
-                }
-                let apart = Pair::new(i, j, image).apart(bodies, periods);
+                let apart = || Pair::new(i, j, image).apart(bodies, periods);
                 let reach = search_radius[i] + search_radius[j];
-                for (k, (place, radius)) in balls(body) {
-                    for (l, (its_place, its_radius)) in balls(other) {
-                        let way = apart + its_place - place;
-                        if way.norm() <= radius + its_radius + reach {
-                            pairs.push(kept(j, image, [k, l]));
-                            (paired[i], paired[j]) = (true, true);
-                        }
-                    }
-                }
+                parts_near(body, &bodies[j], apart, reach, |parts| {
+                    pairs.push(kept(j, image, parts));
+                    (paired[i], paired[j]) = (true, true);
+                });
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
                 let reach = 0.5 * self.medium.range(&self.numerics) + self.search_radius[i];
@@ -147,6 +136,30 @@ fn balls(body: &Body) -> impl Iterator<Item = (usize, (Vector3<f64>, f64))> {
     let turn = body.orientation();
     let parts = body.parts().iter().map(move |part| (turn * part.place, part.radius));
     own.into_iter().chain(parts.enumerate())
+}
+
+/// Calls `take` with the parts of two bodies in reach of each other, whose centres are `apart` (m)
+/// and whose spheres are in reach.
+fn parts_near(
+    body: &Body,
+    other: &Body,
+    apart: impl Fn() -> Vector3<f64>,
+    reach: f64,
+    mut take: impl FnMut([usize; 2]),
+) {
+    if body.is_round() && other.is_round() {
+        take([0; 2]);
+        return;
+    }
+    let apart = apart();
+    for (k, (place, radius)) in balls(body) {
+        for (l, (its_place, its_radius)) in balls(other) {
+            let way = apart + its_place - place;
+            if way.norm() <= radius + its_radius + reach {
+                take([k, l]);
+            }
+        }
+    }
 }
 
 /// Sorts the pairs of a `body`, which act one after the other: bodies by number, their images and

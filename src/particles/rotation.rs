@@ -6,8 +6,8 @@
 //!              inner steps that turn by a hundredth at most
 //!   a step under an angular acceleration: half the turn, the kick, the other half
 //! ```
-//! So the angular momentum is exact, and the energy of a body that tumbles changes by some 1e-9 a
-//! turn. A round body, and one in the plane, keep their spin as they turn.
+//! So the angular momentum is kept to rounding, and the energy of a body that tumbles changes by
+//! some 1e-9 a turn. A round body, and one in the plane, keep their spin as they turn.
 
 use super::{Body, Motion};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
@@ -126,7 +126,8 @@ mod tests {
                 over += usize::from(along * last < 0.0 && along.abs() > 0.0);
                 last = along;
                 let gone = (body.inertia().of(&body.spin) - momentum).norm() / momentum.norm();
-                assert!(gone < 1e-11, "{gone:e}");
+                // A million roundings.
+                assert!(gone < 1e-10, "{gone:e}");
             }
             let changed = (energy(&body) / start - 1.0).abs() / turns;
             println!("dt {dt}: turned over {over} times, energy changed by {changed:.1e} a turn");

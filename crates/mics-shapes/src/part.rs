@@ -169,8 +169,8 @@ pub(crate) fn nested(
 }
 
 /// Support point of the superquadric `(|x/a|^q + |y/b|^q)^(p/q) + |z/c|^p <= 1`: by Hoelder's
-/// inequality, with the dual exponents `p' = p/(p - 1)`, `q' = q/(q - 1)` of the direction scaled by
-/// the half axes.
+/// inequality, with the dual exponents `p' = p/(p - 1)`, `q' = q/(q - 1)` of the direction scaled
+/// by the half axes.
 fn superquadric(half: &Vector3<f64>, [p, q]: [f64; 2], n: &Vector3<f64>) -> Vector3<f64> {
     let w = half.component_mul(n);
     // In the section: the unit vector of the q norm along which w is largest, and that value.

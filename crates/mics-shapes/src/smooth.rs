@@ -2,15 +2,16 @@
 //! surfaces.
 //!
 //! ```text
-//!   r = (y - x)_t,  g = n(x) + m(y)              x, y on both surfaces, n, m outward normals there:
+//!   r = (y - x)_t,  g = n(x) + m(y)      x, y on both surfaces, n, m outward normals there:
 //!              both zero where they are nearest,  d = n.(y - x)
 //!   dy = (I + d W) dx - r,   W dx + V dy = -g          W, V: how n and m turn along the surfaces
 //!   (W + V + d V W) dx = V r - g
 //!              corner y     (I + d W) dx = r
 //!              edge e       that across e, and  e.W dx = -e.n
 //! ```
-//! The places, not the directions, are unknowns: on the flats of a superquadric a place moves a long
-//! way as the normal hardly turns. The surfaces are those of the bodies, parallel to their cores.
+//! The places, not the directions, are unknowns: on the flats of a superquadric a place moves a
+//! long way as the normal hardly turns. The surfaces are those of the bodies, parallel to their
+//! cores.
 
 use crate::distance::{Closest, Directions, NONE, Placed};
 use crate::part::{Core, nested};

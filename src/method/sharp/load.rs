@@ -250,8 +250,8 @@ impl<const D: usize> Sharp<D> {
 
     /// Takes from what pressure and wall shear miss the part that two bodies with a gap between
     /// them that the grid does not resolve would do to each other along the line between their
-    /// nearest points, or a wall to a body: whose it is of what the fluid lost there the cells cannot tell, and
-    /// taken in with a delay it would be spurious work. The sum of a pair's stays.
+    /// nearest points, or a wall to a body: whose it is of what the fluid lost there the cells
+    /// cannot tell, and taken in with a delay it would be spurious work. The sum of a pair's stays.
     fn share_force_defect(&mut self, domain: &Domain<D>, bodies: &[Body]) {
         let (cut, motions) = (&self.cut, &mut self.motions);
         self.passed_on = Vector3::zeros();
