@@ -19,18 +19,22 @@ mod ellipse;
 mod ellipsoid;
 mod facets;
 mod flat;
+mod obstacle;
 mod part;
 mod patches;
 mod polygon;
 mod polyhedron;
 #[cfg(test)]
 mod scatter;
+mod section;
+mod solid;
 pub mod stl;
 mod superquadric;
 
 pub use clump::Clump;
 pub use ellipse::Ellipse;
 pub use ellipsoid::Ellipsoid;
+pub use obstacle::{Obstacle, Room};
 pub use part::{Core, Face, Part, Polytope};
 pub use polygon::Polygon;
 pub use polyhedron::Polyhedron;
