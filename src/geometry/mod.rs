@@ -1,5 +1,5 @@
 //! The shapes of bodies behind one seam, [`Shape`]: nothing outside this folder knows what a disc
-//! or a sphere is.
+//! or a sphere is, and nothing but [`Solid`] what others are.
 //!
 //! ```text
 //!        ,-----.            distance s to the surface, negative inside, and the normal n there:
@@ -22,9 +22,7 @@
 //!
 //! # A new shape
 //!
-//! is one file with an implementation of [`Shape`]: eight short methods, and [`Shape::moments`] in
-//! closed form where the accuracy of the default is not enough. `tests/suite/ellipse.rs` is one,
-//! outside of the library.
+//! that is not round is one file in the crate `mics-shapes`, which [`Solid`] makes a [`Shape`] of.
 
 pub mod aperture;
 mod block;
@@ -33,6 +31,7 @@ mod disc;
 pub mod fraction;
 mod octant;
 pub(crate) mod round;
+mod solid;
 mod sphere;
 mod subdivision;
 mod tiles;
@@ -41,6 +40,8 @@ pub use aperture::{Cut, Cuts, FaceCentroids};
 pub use block::{Block, images};
 pub use disc::Disc;
 pub use fraction::Overlap;
+pub use mics_shapes as shapes;
+pub use solid::Solid;
 pub use sphere::Sphere;
 pub use tiles::{Filled, Tiles};
 
@@ -180,6 +181,22 @@ pub trait Shape: Debug + Send + Sync {
         moment: &Vector3<f64>,
     ) -> Vector3<f64> {
         *moment
+    }
+
+    /// How far it is along the `normal` of its own surface, from the point at `foot` (m) of it, to
+    /// where that meets the body again (m); `None` of a convex one.
+    fn meets_itself(
+        &self,
+        _orientation: &Orientation,
+        _foot: &Vector3<f64>,
+        _normal: &Vector3<f64>,
+    ) -> Option<f64> {
+        None
+    }
+
+    /// Its convex parts, as contacts see them; none of a round body, which is its own.
+    fn parts(&self) -> &[shapes::Part] {
+        &[]
     }
 
     /// Area of a polygon in place of [`Shape::filled`], after Ushijima et al. 2003, of shapes that

@@ -117,7 +117,8 @@ impl Tiles {
     }
 
     /// The boxes, the first axis fastest, with their numbers, middles (m) and half edges (m).
-    fn boxes(planes: &[Vec<f64>; 3]) -> impl Iterator<Item = Filled> {
+    pub fn boxes(&self) -> impl Iterator<Item = Filled> {
+        let planes = &self.planes;
         let counts = planes.each_ref().map(|planes| planes.len().saturating_sub(1));
         let rows = (0..counts[2]).flat_map(move |k| (0..counts[1]).map(move |j| (j, k)));
         rows.flat_map(move |(j, k)| (0..counts[0]).map(move |i| Tiles::empty(planes, [i, j, k])))
@@ -139,7 +140,7 @@ impl Tiles {
         found: &mut dyn FnMut(&Filled),
     ) {
         let dimension = shape.dimension();
-        for mut one in Tiles::boxes(&self.planes) {
+        for mut one in self.boxes() {
             let whole: f64 = (0..dimension).map(|a| 2.0 * one.half[a]).product();
             (one.part, one.moment) =
                 match shape.whole_or_nothing(orientation, &one.middle, &one.half) {

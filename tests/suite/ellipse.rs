@@ -1,8 +1,7 @@
-//! A shape that the library does not know: an ellipse, given through [`Shape`] alone, held in a
-//! stream and free.
+//! Ellipses held in a stream and free.
 
 use crate::allocation::count;
-use crate::ellipse_shape::Ellipse;
+use crate::ellipse_shape::ellipse;
 use crate::modes::in_processes;
 use crate::support::{PERIODIC, Petsc, STREAM, box_case, petsc};
 use mics::archive::Archive;
@@ -15,10 +14,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
-const PLANE: Motion =
+pub const PLANE: Motion =
     Motion::Free(Freedom { translation: [true, true, false], rotation: [false, false, true] });
 
-fn body(shape: impl Shape + 'static, density: f64, place: [f64; 2], angle: f64) -> Body {
+pub fn body(shape: impl Shape + 'static, density: f64, place: [f64; 2], angle: f64) -> Body {
     let mut body = Body::new(Arc::new(shape), density, 0.01, Vector3::new(place[0], place[1], 0.0));
     body.orientation = UnitQuaternion::from_scaled_axis(Vector3::z() * angle);
     body.angle = angle;
@@ -32,7 +31,7 @@ fn case(text: &str) -> Case {
     load(&path, &[]).unwrap_or_else(|e| panic!("{e}")).case
 }
 
-fn scene_of(session: &Session, text: &str, bodies: Vec<Body>) -> Scene<2> {
+pub fn scene_of(session: &Session, text: &str, bodies: Vec<Body>) -> Scene<2> {
     Scene::with_bodies(session, &case(text), bodies).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -46,7 +45,7 @@ pub fn first(scene: &Scene<2>) -> &Body {
 
 /// Force and torque on a body held in a stream at a Reynolds number of 40 a diameter of 0.25, after
 /// a second.
-fn held(petsc: &Petsc, body: Body, more: &str) -> (Vector3<f64>, f64) {
+pub fn held(petsc: &Petsc, body: Body, more: &str) -> (Vector3<f64>, f64) {
     let more =
         format!("[initial]\nvelocity = [1.0, 0.0]\n[pressure]\ndivergence_limit = 1.0e-8\n{more}");
     let text = box_case([2.0, 1.0], [64, 32], 0.25 / 40.0, STREAM, &more);
@@ -66,8 +65,7 @@ fn ellipse_of_equal_axes_has_force_of_disc() {
     {
         let place = [0.61, 0.47];
         let (disc, _) = held(&petsc, body(Disc { radius: 0.125 }, 1.0, place, 0.0), more);
-        let (ellipse, _) =
-            held(&petsc, body(Ellipse { a: 0.125, b: 0.125 }, 1.0, place, 0.7), more);
+        let (ellipse, _) = held(&petsc, body(ellipse(0.125, 0.125), 1.0, place, 0.7), more);
         let apart = (ellipse - disc).norm() / disc.norm();
         println!("{name}: {:.6} {:.6} N/m, an ellipse's {apart:.1e} from it", disc.x, disc.y);
         assert!(apart < allowed, "{name}: {disc} {ellipse}");
@@ -80,7 +78,7 @@ fn inclined_ellipse_and_mirror_image_have_opposite_lift() {
     for (name, more) in [("sharp", ""), ("mixing", "[coupling]\nwall = \"mixing\"")] {
         // Turned back by half a radian its front, on the left, is up.
         let [up, down] = [-0.5, 0.5].map(|angle| {
-            let ellipse = Ellipse { a: 0.2, b: 0.1 };
+            let ellipse = ellipse(0.2, 0.1);
             held(&petsc, body(ellipse, 1.0, [0.6, 0.5], angle), more)
         });
         println!("{name}: drag {:.5}, lift {:.5}, torque {:.6}", up.0.x, up.0.y, up.1);
@@ -96,7 +94,7 @@ fn inclined_ellipse_and_mirror_image_have_opposite_lift() {
 /// that the fluid adds, over the potential flow's: `pi rho (a^2 - b^2)^2/8`, `pi rho b^2` along a,
 /// `pi rho a^2` along b.
 fn added(petsc: &Petsc, angle: f64, density: f64, cells: usize) -> [f64; 3] {
-    let ellipse = Ellipse { a: 1.0, b: 0.5 };
+    let ellipse = ellipse(1.0, 0.5);
     let (along, across) =
         (Vector3::new(angle.cos(), angle.sin(), 0.0), Vector3::new(-angle.sin(), angle.cos(), 0.0));
     let start = body(ellipse, density, [10.03, 10.01], angle);
@@ -157,8 +155,8 @@ fn trio(session: &Session, more: &str) -> Scene<2> {
     let text = box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more)
         .replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
     let mut bodies = vec![
-        body(Ellipse { a: 0.15, b: 0.08 }, 2.65, [0.05, 0.5], 0.4),
-        body(Ellipse { a: 0.13, b: 0.06 }, 0.3, [0.45, 0.3], -1.1),
+        body(ellipse(0.15, 0.08), 2.65, [0.05, 0.5], 0.4),
+        body(ellipse(0.13, 0.06), 0.3, [0.45, 0.3], -1.1),
         body(Disc { radius: 0.09 }, 1.0, [0.75, 0.8], 0.0),
     ];
     bodies[0].motion = PLANE;
@@ -278,17 +276,17 @@ fn ellipse_motion_agrees_on_any_number_of_ranks() {
 fn unsupported_options_for_ellipses_are_refused() {
     let petsc = petsc();
     let flat = |more: &str| case(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, more));
-    let ellipse = || vec![body(Ellipse { a: 0.2, b: 0.1 }, 1.0, [0.5, 0.5], 0.0)];
+    let flat_body = || vec![body(ellipse(0.2, 0.1), 1.0, [0.5, 0.5], 0.0)];
     for (case, bodies, why) in [
-        (flat("[contact]\nnormal_stiffness = 1.0e3"), ellipse(), "not round"),
-        (flat("[coupling]\nwall = \"mixing\"\nfraction = \"polygon\""), ellipse(), "polygon"),
-        (flat(""), vec![body(Ellipse { a: 0.2, b: 0.1 }, 1.0, [1.5, 0.5], 0.0)], "outside the box"),
+        (flat("[contact]\nnormal_stiffness = 1.0e3"), flat_body(), "not round"),
+        (flat("[coupling]\nwall = \"mixing\"\nfraction = \"polygon\""), flat_body(), "polygon"),
+        (flat(""), vec![body(ellipse(0.2, 0.1), 1.0, [1.5, 0.5], 0.0)], "outside the box"),
         (
             flat(""),
             vec![body(mics::geometry::Sphere { radius: 0.1 }, 1.0, [0.5, 0.5], 0.0)],
             "3 dimensions",
         ),
-        (case(&box_case([1.0, 1.0], [6, 32], 0.01, PERIODIC, "")), ellipse(), "cells at least"),
+        (case(&box_case([1.0, 1.0], [6, 32], 0.01, PERIODIC, "")), flat_body(), "cells at least"),
     ] {
         let error =
             Scene::<2>::with_bodies(&petsc.session, &case, bodies).err().unwrap().to_string();
@@ -303,7 +301,7 @@ fn ellipses_pass_and_stop_at_contact() {
     // Long sides face each other: their circles overlap, they do not.
     let pair = |apart: f64| {
         let mut bodies =
-            [0.3, 0.3 + apart].map(|x| body(Ellipse { a: 0.2, b: 0.06 }, 1.0, [x, 0.5], FRAC_PI_2));
+            [0.3, 0.3 + apart].map(|x| body(ellipse(0.2, 0.06), 1.0, [x, 0.5], FRAC_PI_2));
         bodies[0].motion = Motion::Prescribed(None);
         bodies[0].velocity = Vector3::new(0.2, 0.0, 0.0);
         bodies.to_vec()

@@ -60,6 +60,7 @@ mod rolling;
 mod scenes;
 mod seam;
 mod sharp;
+mod solids;
 mod spin;
 mod statistics;
 mod study;

@@ -437,6 +437,18 @@ impl Geometry for Clump {
         (volume, first)
     }
 
+    fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
+        let way = |ball: &Ball| {
+            let apart = ball.centre - foot;
+            let ahead = apart.dot(normal);
+            let beyond = apart.norm_squared() - ball.radius * ball.radius;
+            let under = ahead * ahead - beyond;
+            // From the ball's own surface the ray leaves it.
+            (ahead > 0.0 && under > 0.0).then(|| (ahead - under.sqrt()).max(0.0))
+        };
+        self.balls.iter().filter_map(way).reduce(f64::min)
+    }
+
     fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -565,6 +577,22 @@ mod tests {
             }
             assert!(inside > 50, "{inside}");
         }
+    }
+
+    #[test]
+    fn rays_across_the_seam_meet_the_other_ball() {
+        let body = dumbbell(3, 1.0);
+        // From the angle a to the axis on one ball: to the plane between at 0.5 - 0.5 cos a, and as
+        // far again.
+        for a in [0.1f64, 0.5, 0.9] {
+            let n = Vector3::new(a.cos(), a.sin(), 0.0);
+            let foot = Vector3::new(-0.5, 0.0, 0.0) + 0.5 * n;
+            let way = body.meets_itself(&foot, &n).unwrap();
+            let other = foot + way * n - Vector3::new(0.5, 0.0, 0.0);
+            assert!((other.norm() - 0.5).abs() < 1e-12 && way > 0.0, "{way}");
+        }
+        assert_eq!(body.meets_itself(&Vector3::new(-1.0, 0.0, 0.0), &-Vector3::x()), None);
+        assert_eq!(body.meets_itself(&Vector3::new(-0.5, 0.5, 0.0), &Vector3::y()), None);
     }
 
     #[test]

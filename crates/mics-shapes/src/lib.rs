@@ -107,6 +107,12 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// integral of the place over that (m4; m3).
     fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>);
 
+    /// How far a ray from a point of the surface, along the normal there, goes until it meets the
+    /// body again (m); none where it does not, as of any convex one.
+    fn meets_itself(&self, _foot: &Vector3<f64>, _normal: &Vector3<f64>) -> Option<f64> {
+        None
+    }
+
     /// Its convex parts; their union is the solid, as contacts see it.
     fn parts(&self) -> &[Part];
 

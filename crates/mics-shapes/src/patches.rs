@@ -45,7 +45,7 @@ pub fn triangles(n: usize) -> impl Iterator<Item = [Vector3<f64>; 3]> {
     })
 }
 
-/// Patches of a triangle, no wider than about `spacing` (m): their middles and areas.
+/// Patches of a triangle, about `spacing` (m) wide: their middles and areas.
 pub fn of_triangle(
     corners: &[Vector3<f64>; 3],
     normal: &Vector3<f64>,
@@ -54,9 +54,9 @@ pub fn of_triangle(
 ) {
     let [a, b, c] = corners;
     let area = 0.5 * (b - a).cross(&(c - a)).norm();
-    // Of a square of the spacing two triangles are the halves.
+    // Two for each square of the spacing, and none much longer.
     let longest = [b - a, c - b, a - c].iter().map(|e| e.norm()).fold(0.0, f64::max);
-    let n = (longest / (1.5 * spacing)).ceil().max(1.0) as usize;
+    let n = ((2.0 * area).sqrt() / spacing).max(0.5 * longest / spacing).ceil().max(1.0) as usize;
     let at = |i: f64, j: f64| a + (i * (b - a) + j * (c - a)) / n as f64;
     for i in 0..n {
         for j in 0..n - i {

@@ -2,10 +2,11 @@
 
 use super::cut_body::{BEYOND, Before, CutBody, GhostCell};
 use super::exchanged::ExchangedMomentum;
-use super::gap::{self, Neighbour, Surroundings, smooth_step};
+use super::gap::{self, Surroundings, smooth_step};
 use super::ghost_width;
 use super::local::LocalBodies;
 use super::near::{NearBodies, walls_within};
+use super::neighbour::{self, Neighbour};
 use super::profile::{self, Parabola};
 use super::shared::SharedCells;
 use super::stencil::Cubic;
@@ -154,8 +155,9 @@ impl<const D: usize> CutBodies<D> {
                 grid,
                 boundaries,
                 bodies,
+                body: k,
                 orientation,
-                round: gap::round(&bodies[k]),
+                round: neighbour::round(&bodies[k]),
                 near: &self.beside,
                 numerics: &domain.numerics,
                 h: self.h,

@@ -5,6 +5,7 @@
 use super::PROFILE_DEPTH;
 use super::gap::{self, Surroundings};
 use super::near::walls_within;
+use super::neighbour;
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Image, Normal, Reading, Stencil, Stencils};
 use crate::geometry::{
@@ -127,7 +128,9 @@ impl<const D: usize> CutBody<D> {
     pub fn all(grid: &Grid<D>, bodies: &[Body], h: f64, numerics: &Numerics) -> Vec<CutBody<D>> {
         let mut known: Vec<(f64, Arc<[SurfacePoint]>)> = Vec::new();
         let points = |body: &Body| {
-            let Some(radius) = gap::round(body) else { return body.shape().surface(h).into() };
+            let Some(radius) = neighbour::round(body) else {
+                return body.shape().surface(h).into();
+            };
             if let Some((_, points)) = known.iter().find(|(other, _)| *other == radius) {
                 return points.clone();
             }

@@ -15,12 +15,13 @@
 //! Without that such a gap would take the momentum of what flows through it in every step, and half
 //! of an impact's energy with it.
 
+use super::neighbour::Neighbour;
 use super::profile::Parabola;
-use crate::geometry::{self, Orientation, Shape};
+use crate::geometry::{Orientation, Shape};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::Numerics;
-use crate::particles::{Body, nearest_image};
-use nalgebra::{Matrix3, Vector3};
+use crate::particles::Body;
+use nalgebra::Vector3;
 
 /// Rate at which friction slows the flow through a gap that the grid does not resolve (nu over the
 /// width squared): that of Poiseuille's parabola between two walls.
@@ -42,24 +43,6 @@ pub enum Other {
     BoundaryKind(Vector3<f64>),
 }
 
-/// A body near another one.
-#[derive(Clone, Copy, Debug)]
-pub struct Neighbour {
-    /// Its number.
-    pub body: usize,
-    /// The way to its nearest image (m), and how that is turned.
-    apart: Vector3<f64>,
-    orientation: Orientation,
-    /// Normal to which axis the plane of symmetry is in which this is its image.
-    mirror: Option<usize>,
-    /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round
-    /// ones respond at once.
-    round: Option<f64>,
-    /// A normal of a round body on which it lies less far than this (m) from its centre misses it;
-    /// nothing where one of the two is not round.
-    grazes: f64,
-}
-
 impl Other {
     /// The velocity there (m/s); `None` where nothing is near.
     #[inline]
@@ -78,151 +61,6 @@ impl Other {
     }
 }
 
-impl Neighbour {
-    /// The body `j` beside the body `k`: its nearest image, and of the next ones across periods
-    /// those with gaps narrower than `reach` (m).
-    pub fn all(
-        bodies: &[Body],
-        k: usize,
-        j: usize,
-        periods: &[Option<f64>; 3],
-        reach: f64,
-    ) -> impl Iterator<Item = Neighbour> {
-        let (nearest, orientation, round, own) = (
-            nearest_image(&bodies[k].centre, &bodies[j].centre, periods),
-            bodies[j].orientation(),
-            round(&bodies[j]),
-            round(&bodies[k]),
-        );
-        let near = reach + bodies[k].radius() + bodies[j].radius();
-        // By axis, the way to the next image on the other side, where that may be near.
-        let next: [Option<f64>; 3] = std::array::from_fn(|a| {
-            let way = -periods[a]?.copysign(nearest[a]);
-            ((nearest[a] + way).abs() < near).then_some(way)
-        });
-        (0..8usize).filter_map(move |sides| {
-            let mut apart = nearest;
-            for a in (0..3).filter(|a| sides >> a & 1 == 1) {
-                apart[a] += next[a]?;
-            }
-            (sides == 0 || apart.norm() < near).then_some(
-                Neighbour { body: j, apart, orientation, mirror: None, round, grazes: 0.0 }
-                    .beside(own),
-            )
-        })
-    }
-
-    /// The images of the body `k` itself across periods hardly longer than it is wide, the gaps
-    /// narrower than `reach` (m).
-    pub fn images(
-        bodies: &[Body],
-        k: usize,
-        periods: &[Option<f64>; 3],
-        reach: f64,
-    ) -> impl Iterator<Item = Neighbour> {
-        let (orientation, round) = (bodies[k].orientation(), round(&bodies[k]));
-        let near = reach + 2.0 * bodies[k].radius();
-        let lengths = periods
-            .iter()
-            .enumerate()
-            .filter_map(move |(axis, length)| Some((axis, (*length).filter(|l| *l < near)?)));
-        lengths.flat_map(move |(axis, length)| {
-            [length, -length].map(|way| {
-                let mut apart = Vector3::zeros();
-                apart[axis] = way;
-                Neighbour { body: k, apart, orientation, mirror: None, round, grazes: 0.0 }
-                    .beside(round)
-            })
-        })
-    }
-
-    /// The images of the body `k` itself in boundaries along which the fluid slips, the gaps
-    /// narrower than `reach` (m).
-    pub fn reflections<const D: usize>(
-        bodies: &[Body],
-        k: usize,
-        grid: &Grid<D>,
-        boundaries: &Boundaries<D>,
-        reach: f64,
-    ) -> impl Iterator<Item = Neighbour> {
-        let (body, round) = (&bodies[k], round(&bodies[k]));
-        let slips = |axis: usize, side: usize| {
-            matches!(boundaries.kinds[axis][side], Some(BoundaryKind::Slip))
-        };
-        let sides = (0..2 * D)
-            .map(|face| (face / 2, face % 2))
-            .filter(move |(axis, side)| slips(*axis, *side));
-        sides.filter_map(move |(axis, side)| {
-            let to = if side == 0 { 0.0 } else { grid.size[axis] } - body.centre[axis];
-            if 2.0 * to.abs() > reach + 2.0 * body.radius() {
-                return None;
-            }
-            let (mut apart, mut plane) = (Vector3::zeros(), Matrix3::identity());
-            (apart[axis], plane[(axis, axis)]) = (2.0 * to, -1.0);
-            let orientation =
-                Orientation::from_matrix_unchecked(plane * body.orientation().matrix() * plane);
-            let mirror = Some(axis);
-            Some(
-                Neighbour { body: k, apart, orientation, mirror, round, grazes: 0.0 }.beside(round),
-            )
-        })
-    }
-
-    /// It, beside a body of this radius (m) where that is round.
-    fn beside(mut self, own: Option<f64>) -> Neighbour {
-        let square = |radius: f64| (self.apart.norm_squared() - radius * radius).max(0.0);
-        // What nearly grazes it is looked at.
-        self.grazes = match (own, self.round) {
-            (Some(_), Some(radius)) => (1.0 - 1e-9) * square(radius).sqrt(),
-            _ => f64::NEG_INFINITY,
-        };
-        self
-    }
-
-    /// Whether it comes after the body `k`, or is its own image further along: one of two always
-    /// comes first.
-    fn is_after(&self, k: usize) -> bool {
-        let ahead = || self.apart.iter().find(|way| **way != 0.0).is_some_and(|way| *way > 0.0);
-        k < self.body || (k == self.body && ahead())
-    }
-
-    /// The signed distance (m) of its wall from the point at `arm` (m) from the centre of the body
-    /// that it is near.
-    #[inline]
-    fn distance(&self, bodies: &[Body], arm: &Vector3<f64>) -> f64 {
-        let arm = arm - self.apart;
-        self.round.map_or_else(
-            || bodies[self.body].shape().distance(&self.orientation, &arm),
-            |radius| arm.norm() - radius,
-        )
-    }
-
-    /// Whether its wall is further from there than this (m) beyond doubt, which is found without a
-    /// root.
-    #[inline]
-    fn is_beyond(&self, arm: &Vector3<f64>, distance: f64) -> bool {
-        self.round.is_some_and(|radius| {
-            let least = (distance + radius).max(0.0);
-            (arm - self.apart).norm_squared() > (1.0 + 1e-12) * least * least
-        })
-    }
-
-    /// How far (m) a ray from the point at `from` (m) along `n` goes to its wall, if it meets it.
-    #[inline]
-    fn meets(&self, bodies: &[Body], from: &Vector3<f64>, n: &Vector3<f64>) -> Option<f64> {
-        let apart = self.apart - from;
-        self.round.map_or_else(
-            || bodies[self.body].shape().meets(&self.orientation, &apart, n),
-            |radius| geometry::round::meets(&apart, n, radius),
-        )
-    }
-}
-
-/// The radius of a round body (m).
-pub fn round(body: &Body) -> Option<f64> {
-    body.shape().is_round().then(|| body.radius())
-}
-
 /// Surroundings of a cut body as it is built.
 pub struct Surroundings<'a, const D: usize> {
     /// The grid.
@@ -231,7 +69,8 @@ pub struct Surroundings<'a, const D: usize> {
     pub boundaries: &'a Boundaries<D>,
     /// All bodies.
     pub bodies: &'a [Body],
-    /// How the one is turned that is built.
+    /// Number of the one that is built, and how it is turned.
+    pub body: usize,
     pub orientation: Orientation,
     /// Its radius (m) where it is round.
     pub round: Option<f64>,
@@ -408,6 +247,13 @@ impl<const D: usize> Surroundings<'_, D> {
     /// `image`, along the normal `n` to the next body or wall.
     pub fn gap(&self, image: &Vector3<f64>, foot: &Vector3<f64>, n: &Vector3<f64>) -> Gap {
         let mut gap = Gap { width: f64::INFINITY, other: Other::Nothing };
+        if self.round.is_none() {
+            // Across a concave seam lies the body itself.
+            let shape = self.bodies[self.body].shape();
+            if let Some(width) = shape.meets_itself(&self.orientation, foot, n) {
+                gap = Gap { width, other: Other::Body(self.body, foot + width * n, None) };
+            }
+        }
         for near in self.near.iter().filter(|near| near.apart.dot(n) > near.grazes) {
             let Some(width) = near.meets(self.bodies, foot, n) else { continue };
             if width < gap.width {

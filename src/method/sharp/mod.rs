@@ -82,6 +82,7 @@ mod local;
 mod modes;
 mod motion;
 mod near;
+mod neighbour;
 mod pressure_step;
 mod profile;
 mod shared;

@@ -1,0 +1,179 @@
+//! The bodies near one that is built: where they and their images are.
+
+use crate::geometry::{self, Orientation};
+use crate::grid::{Boundaries, BoundaryKind, Grid};
+use crate::particles::{Body, nearest_image};
+use nalgebra::{Matrix3, Vector3};
+
+/// A body near another one.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbour {
+    /// Its number.
+    pub body: usize,
+    /// The way to its nearest image (m), and how that is turned.
+    pub(super) apart: Vector3<f64>,
+    pub(super) orientation: Orientation,
+    /// Normal to which axis the plane of symmetry is in which this is its image.
+    pub(super) mirror: Option<usize>,
+    /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round
+    /// ones respond at once.
+    round: Option<f64>,
+    /// The radius of the sphere that holds it (m).
+    radius: f64,
+    /// A normal of a round body on which it lies less far than this (m) from its centre misses it;
+    /// nothing where one of the two is not round.
+    pub(super) grazes: f64,
+}
+
+impl Neighbour {
+    /// The body `j` beside the body `k`: its nearest image, and of the next ones across periods
+    /// those with gaps narrower than `reach` (m).
+    pub fn all(
+        bodies: &[Body],
+        k: usize,
+        j: usize,
+        periods: &[Option<f64>; 3],
+        reach: f64,
+    ) -> impl Iterator<Item = Neighbour> {
+        let (nearest, orientation, own) = (
+            nearest_image(&bodies[k].centre, &bodies[j].centre, periods),
+            bodies[j].orientation(),
+            round(&bodies[k]),
+        );
+        let near = reach + bodies[k].radius() + bodies[j].radius();
+        // By axis, the way to the next image on the other side, where that may be near.
+        let next: [Option<f64>; 3] = std::array::from_fn(|a| {
+            let way = -periods[a]?.copysign(nearest[a]);
+            ((nearest[a] + way).abs() < near).then_some(way)
+        });
+        (0..8usize).filter_map(move |sides| {
+            let mut apart = nearest;
+            for a in (0..3).filter(|a| sides >> a & 1 == 1) {
+                apart[a] += next[a]?;
+            }
+            (sides == 0 || apart.norm() < near)
+                .then_some(Neighbour::new(j, &bodies[j], apart, orientation, None).beside(own))
+        })
+    }
+
+    /// The images of the body `k` itself across periods hardly longer than it is wide, the gaps
+    /// narrower than `reach` (m).
+    pub fn images(
+        bodies: &[Body],
+        k: usize,
+        periods: &[Option<f64>; 3],
+        reach: f64,
+    ) -> impl Iterator<Item = Neighbour> {
+        let (orientation, round) = (bodies[k].orientation(), round(&bodies[k]));
+        let near = reach + 2.0 * bodies[k].radius();
+        let lengths = periods
+            .iter()
+            .enumerate()
+            .filter_map(move |(axis, length)| Some((axis, (*length).filter(|l| *l < near)?)));
+        lengths.flat_map(move |(axis, length)| {
+            [length, -length].map(|way| {
+                let mut apart = Vector3::zeros();
+                apart[axis] = way;
+                Neighbour::new(k, &bodies[k], apart, orientation, None).beside(round)
+            })
+        })
+    }
+
+    /// The images of the body `k` itself in boundaries along which the fluid slips, the gaps
+    /// narrower than `reach` (m).
+    pub fn reflections<const D: usize>(
+        bodies: &[Body],
+        k: usize,
+        grid: &Grid<D>,
+        boundaries: &Boundaries<D>,
+        reach: f64,
+    ) -> impl Iterator<Item = Neighbour> {
+        let (body, round) = (&bodies[k], round(&bodies[k]));
+        let slips = |axis: usize, side: usize| {
+            matches!(boundaries.kinds[axis][side], Some(BoundaryKind::Slip))
+        };
+        let sides = (0..2 * D)
+            .map(|face| (face / 2, face % 2))
+            .filter(move |(axis, side)| slips(*axis, *side));
+        sides.filter_map(move |(axis, side)| {
+            let to = if side == 0 { 0.0 } else { grid.size[axis] } - body.centre[axis];
+            if 2.0 * to.abs() > reach + 2.0 * body.radius() {
+                return None;
+            }
+            let (mut apart, mut plane) = (Vector3::zeros(), Matrix3::identity());
+            (apart[axis], plane[(axis, axis)]) = (2.0 * to, -1.0);
+            // No rotation: what is at x of the body's own axes is at its image there.
+            let orientation =
+                Orientation::from_matrix_unchecked(plane * body.orientation().matrix());
+            Some(Neighbour::new(k, body, apart, orientation, Some(axis)).beside(round))
+        })
+    }
+
+    fn new(
+        number: usize,
+        body: &Body,
+        apart: Vector3<f64>,
+        orientation: Orientation,
+        mirror: Option<usize>,
+    ) -> Neighbour {
+        let (round, radius) = (round(body), body.radius());
+        Neighbour { body: number, apart, orientation, mirror, round, radius, grazes: 0.0 }
+    }
+
+    /// It, beside a body of this radius (m) where that is round.
+    fn beside(mut self, own: Option<f64>) -> Neighbour {
+        let square = |radius: f64| (self.apart.norm_squared() - radius * radius).max(0.0);
+        // What nearly grazes it is looked at.
+        self.grazes = match (own, self.round) {
+            (Some(_), Some(radius)) => (1.0 - 1e-9) * square(radius).sqrt(),
+            _ => f64::NEG_INFINITY,
+        };
+        self
+    }
+
+    /// Whether it comes after the body `k`, or is its own image further along: one of two always
+    /// comes first.
+    pub(super) fn is_after(&self, k: usize) -> bool {
+        let ahead = || self.apart.iter().find(|way| **way != 0.0).is_some_and(|way| *way > 0.0);
+        k < self.body || (k == self.body && ahead())
+    }
+
+    /// The signed distance (m) of its wall from the point at `arm` (m) from the centre of the body
+    /// that it is near.
+    #[inline]
+    pub(super) fn distance(&self, bodies: &[Body], arm: &Vector3<f64>) -> f64 {
+        let arm = arm - self.apart;
+        self.round.map_or_else(
+            || bodies[self.body].shape().distance(&self.orientation, &arm),
+            |radius| arm.norm() - radius,
+        )
+    }
+
+    /// Whether its wall is further from there than this (m) beyond doubt, which is found without a
+    /// root.
+    #[inline]
+    pub(super) fn is_beyond(&self, arm: &Vector3<f64>, distance: f64) -> bool {
+        let least = (distance + self.radius).max(0.0);
+        (arm - self.apart).norm_squared() > (1.0 + 1e-12) * least * least
+    }
+
+    /// How far (m) a ray from the point at `from` (m) along `n` goes to its wall, if it meets it.
+    #[inline]
+    pub(super) fn meets(
+        &self,
+        bodies: &[Body],
+        from: &Vector3<f64>,
+        n: &Vector3<f64>,
+    ) -> Option<f64> {
+        let apart = self.apart - from;
+        self.round.map_or_else(
+            || bodies[self.body].shape().meets(&self.orientation, &apart, n),
+            |radius| geometry::round::meets(&apart, n, radius),
+        )
+    }
+}
+
+/// The radius of a round body (m).
+pub fn round(body: &Body) -> Option<f64> {
+    body.shape().is_round().then(|| body.radius())
+}

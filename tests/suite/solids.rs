@@ -1,0 +1,290 @@
+//! Bodies that are not round in the flow: beside round ones of the same size, and their drag in
+//! Stokes flow.
+
+use crate::allocation::count;
+use crate::ellipse::{PLANE, body, held, scene_of};
+use crate::support::{MIXING, PERIODIC, SHARP, box_case, case, petsc};
+use mics::geometry::shapes::{Clump, Ellipse, Ellipsoid, Polygon, Polyhedron, Superquadric};
+use mics::geometry::{Disc, Shape, Solid, Sphere};
+use mics::particles::Body;
+use mics::petsc::Session;
+use mics::scene::Scene;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A regular polygon of the area of a disc of this radius (m).
+pub fn regular(n: usize, radius: f64) -> Solid {
+    let turn = TAU / n as f64;
+    let out = radius * (turn / turn.sin()).sqrt();
+    let corner = |k: usize| [out * (turn * k as f64).cos(), out * (turn * k as f64).sin()];
+    let corners: Vec<_> = (0..n).map(corner).collect();
+    Solid::new(Polygon::new(&corners, 0.0).unwrap())
+}
+
+/// A sphere of triangles: those of an icosahedron, each cut into four so many times.
+pub fn triangulated_sphere(times: u32) -> Vec<[Vector3<f64>; 3]> {
+    let t = 0.5 * (1.0 + 5f64.sqrt());
+    let mut corners = Vec::new();
+    for k in 0..3 {
+        for (a, b) in [(1.0, t), (-1.0, t), (1.0, -t), (-1.0, -t)] {
+            let mut corner = Vector3::zeros();
+            (corner[k], corner[(k + 1) % 3]) = (a, b);
+            corners.push(corner.normalize());
+        }
+    }
+    let edge = (corners[0] - corners[1]).norm();
+    let near = |a: &Vector3<f64>, b: &Vector3<f64>| ((a - b).norm() - edge).abs() < 1e-9;
+    let mut mesh = Vec::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                let [a, b, c] = [i, j, k].map(|k| corners[k]);
+                if near(&a, &b) && near(&b, &c) && near(&c, &a) {
+                    let outside = (b - a).cross(&(c - a)).dot(&a) > 0.0;
+                    mesh.push(if outside { [a, b, c] } else { [a, c, b] });
+                }
+            }
+        }
+    }
+    for _ in 0..times {
+        let cut = |[a, b, c]: [Vector3<f64>; 3]| {
+            let [ab, bc, ca] = [a + b, b + c, c + a].map(|x| x.normalize());
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        mesh = mesh.into_iter().flat_map(cut).collect();
+    }
+    mesh
+}
+
+/// A sphere of triangles of the volume of a sphere of this radius (m).
+fn polyhedral_sphere(times: u32, radius: f64) -> Solid {
+    let mesh = triangulated_sphere(times);
+    let volume = Polyhedron::new(&mesh, 0.0).unwrap();
+    let volume = mics::geometry::shapes::Geometry::volume(&volume);
+    let scale = radius * (4.0 / 3.0 * PI / volume).cbrt();
+    let mesh: Vec<_> = mesh.iter().map(|corners| corners.map(|x| scale * x)).collect();
+    Solid::new(Polyhedron::new(&mesh, 0.0).unwrap())
+}
+
+#[test]
+fn polygon_of_64_sides_has_drag_of_disc() {
+    let petsc = petsc();
+    for (name, more, allowed) in [("sharp", SHARP, 1e-3), ("mixing", MIXING, 1e-3)] {
+        for place in [[0.61, 0.47], [0.6, 0.5]] {
+            let body = |shape: Arc<dyn Shape>| {
+                Body::new(shape, 1.0, 0.01, Vector3::new(place[0], place[1], 0.0))
+            };
+            let (disc, _) = held(&petsc, body(Arc::new(Disc { radius: 0.125 })), more);
+            let (polygon, _) = held(&petsc, body(Arc::new(regular(64, 0.125))), more);
+            let off = polygon.x / disc.x - 1.0;
+            println!("{name} at {place:?}: {:.6} N/m, a polygon's {off:+.1e} from it", disc.x);
+            assert!(off.abs() < allowed, "{name}: {disc} {polygon}");
+        }
+    }
+}
+
+/// Force on a body that is held in a periodic box of this length (m), so many cells a metre, by a
+/// creeping flow of the mean speed 1 mm/s, of a fluid of 1 kg/m3 and 1 Pa s.
+fn creeping(
+    session: &Session,
+    shape: &Solid,
+    turn: Vector3<f64>,
+    (length, cells): (f64, usize),
+    more: &str,
+) -> f64 {
+    let n = (length * cells as f64).round() as usize;
+    let text = format!(
+        "name = \"creeping\"\ndomain = {{ size = [{length:?}, {length:?}, {length:?}], \
+         cells = [{n}, {n}, {n}] }}\n\
+         fluid = {{ density = 1.0, viscosity = 1.0 }}\npressure = {{ divergence_limit = 1e-6 }}\n\
+         time = {{ end = 1.0, cfl = 0.4 }}\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", \
+         north = \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n\
+         drive = {{ mean_velocity = {{ axis = \"x\", value = 1e-3 }} }}\n{more}"
+    );
+    let h = 1.0 / cells as f64;
+    let middle = Vector3::repeat(0.5 * length) + h * Vector3::new(0.13, 0.37, 0.41);
+    let mut body = Body::new(Arc::new(shape.clone()), 1.0, 1.0, middle);
+    body.orientation = UnitQuaternion::from_scaled_axis(turn);
+    let begin = Instant::now();
+    let mut scene: Scene<3> = Scene::with_bodies(session, &case(&text), vec![body]).unwrap();
+    let (mut time, mut steps, mut last) = (0.0, 0, f64::NAN);
+    loop {
+        let dt = scene.limits().unwrap().tightest().1.min(0.02 * length * length);
+        scene.step(dt).unwrap();
+        (time, steps) = (time + dt, steps + 1);
+        let force = scene.state.exchange[0].momentum.x;
+        if (force / last - 1.0).abs() < 2e-4 && time > 0.05 * length * length {
+            println!("  {force:.6e} N after {steps} steps of {dt:.1e} s, {:.1?}", begin.elapsed());
+            return force;
+        }
+        last = force;
+    }
+}
+
+/// Drag over that of a sphere of the same volume, without other bodies: of two arrays the inverses
+/// of the drag differ as they do without neighbours, to first order (Hasimoto 1959).
+fn over_sphere(shape: f64, sphere: f64, volume: f64) -> f64 {
+    let alone = 6.0 * PI * (volume / (4.0 / 3.0 * PI)).cbrt() * 1e-3;
+    1.0 / (alone / shape - alone / sphere + 1.0)
+}
+
+/// Its axes scaled to the volume of a sphere of diameter 1 m.
+fn spheroid(ratio: f64) -> Solid {
+    let across = ratio.powf(-1.0 / 3.0);
+    Solid::new(Ellipsoid::new([ratio * across, across, across]))
+}
+
+fn cube() -> Solid {
+    let edge = 0.5 * (PI / 6.0).cbrt();
+    let corner = |k: usize| Vector3::from_fn(|a, _| if k >> a & 1 == 1 { edge } else { -edge });
+    // The hull of these triangles is it.
+    let mesh: Vec<_> =
+        (0..8).map(|k| [corner(k), corner((k + 1) % 8), corner((k + 3) % 8)]).collect();
+    Solid::new(Polyhedron::new(&mesh, 0.0).unwrap())
+}
+
+fn dumbbell() -> Solid {
+    let radius = 0.5 * 0.5f64.cbrt();
+    let ball = |x: f64| (Vector3::new(x, 0.0, 0.0), radius);
+    Solid::new(Clump::new(3, &[ball(-radius), ball(radius)]).unwrap())
+}
+
+fn superquadric(p: f64) -> Solid {
+    let unit = Superquadric::new([1.0; 3], [p, p]).unwrap();
+    let volume = mics::geometry::shapes::Geometry::volume(&unit);
+    let axis = (PI / 6.0 / volume).cbrt();
+    Solid::new(Superquadric::new([axis; 3], [p, p]).unwrap())
+}
+
+/// A triangle and two discs as one in a periodic box, free, beside a rounded square that is held.
+fn trio(session: &Session, more: &str) -> Scene<2> {
+    let more = format!(
+        "[initial]\nvelocity = [0.3, 0.2]\nperturbation = 0.3\n[pressure]\n\
+        divergence_limit = 1.0e-9\n{more}"
+    );
+    let text = box_case([1.0, 1.0], [48, 48], 0.002, PERIODIC, &more)
+        .replace("viscosity", "gravity = [0.3, -1.0]\nviscosity");
+    let triangle = Polygon::new(&[[0.0, 0.0], [0.25, 0.05], [0.08, 0.2]], 0.0).unwrap();
+    let disc = |x: f64| (Vector3::new(x, 0.0, 0.0), 0.08);
+    let two = Clump::new(2, &[disc(0.0), disc(0.13)]).unwrap();
+    let square = Polygon::new(&[[0.0, 0.0], [0.2, 0.0], [0.2, 0.2], [0.0, 0.2]], 0.03).unwrap();
+    let mut bodies = vec![
+        body(Solid::new(triangle), 2.65, [0.05, 0.5], 0.4),
+        body(Solid::new(two), 0.3, [0.45, 0.3], -1.1),
+        body(Solid::new(square), 1.0, [0.75, 0.8], 0.3),
+    ];
+    bodies[0].motion = PLANE;
+    (bodies[0].velocity, bodies[0].spin) = (Vector3::new(0.5, 0.2, 0.0), Vector3::z() * 5.0);
+    bodies[1].motion = PLANE;
+    scene_of(session, &text, bodies)
+}
+
+#[test]
+fn polygon_and_clump_momentum_exchange_conserved() {
+    let petsc = petsc();
+    for (name, more) in [("sharp", SHARP), ("mixing", MIXING)] {
+        let mut scene = trio(&petsc.session, more);
+        let (mut missing, mut traded) = (0.0f64, 0.0f64);
+        for step in 0..60 {
+            let dt = 0.5 * scene.limits().unwrap().tightest().1.min(8e-3);
+            let before = count();
+            assert!(scene.step(dt).unwrap().divergence_max < 1e-9);
+            assert!(step < 2 || count() == before, "{name}: step {step} allocates");
+            let audit = scene.state.balance.as_ref().unwrap();
+            missing = missing.max(audit.error.norm());
+            traded = traded.max(audit.momentum.norm());
+            let turned = name == "sharp" || audit.angular_error < 1e-8 * traded;
+            assert!(turned, "{name}: {audit:?}");
+        }
+        let bodies = scene.state.bodies;
+        println!(
+            "{name}: missing {missing:e} of {traded:e}; spins {:.3} {:.3}",
+            bodies[0].spin.z, bodies[1].spin.z
+        );
+        assert!(
+            missing < 1e-8 * traded && bodies[1].spin.z.abs() > 0.01,
+            "{name}: {missing:e} of {traded:e}"
+        );
+    }
+}
+
+/// Free ellipses between walls that move against each other, at a Reynolds number of 0.01 by the
+/// long axis: as long as it lies still the spin of Jeffery 1922, `G (r^2 cos^2 + sin^2)/(r^2 + 1)`
+/// by the angle from the gradient.
+#[test]
+fn ellipse_in_shear_spins_by_jeffery() {
+    let petsc = petsc();
+    for (r, cells) in [(2.0, 12usize), (4.0, 12)] {
+        // Of a short axis of so many cells; the box is five long ones wide.
+        let (long, wide) = (r, 10.0 * r);
+        let n = (wide * cells as f64) as usize;
+        let speed = 0.5 * wide;
+        let [south, north] = [-speed, speed].map(|u| format!("{{ moving_wall = [{u:?}, 0.0] }}"));
+        let sides = ["\"periodic\"", "\"periodic\"", &south, &north];
+        let viscosity = long * long / 0.01;
+        let text = box_case([wide, wide], [n, n], viscosity, sides, "");
+        for angle in [0.0, 0.25 * PI, FRAC_PI_2] {
+            let mut free = body(
+                Solid::new(Ellipse::new([long, 1.0])),
+                1.0,
+                [0.5 * wide + 0.03, 0.5 * wide],
+                angle,
+            );
+            free.motion = PLANE;
+            let mut scene = scene_of(&petsc.session, &text, vec![free]);
+            let rows = scene.domain.grid.rows();
+            for c in rows.flatten() {
+                scene.state.u[0][c] = scene.domain.grid.centre(c)[1] - speed;
+            }
+            scene.start().unwrap();
+            for _ in 0..20 {
+                let dt = scene.limits().unwrap().tightest().1.min(0.02 * wide);
+                scene.step(dt).unwrap();
+                println!("{} {}", dt, scene.state.bodies[0].spin.z);
+            }
+        }
+    }
+}
+
+#[test]
+#[ignore = "minutes"]
+fn stokes_drag_of_shapes_over_sphere() {
+    let petsc = petsc();
+    let across = Vector3::new(0.0, 0.0, FRAC_PI_2);
+    let corner = Vector3::new(0.0, 0.615_479_708_670_387_3, 0.0);
+    let cells = std::env::var("CELLS").map_or(12, |n| n.parse().unwrap());
+    let length = std::env::var("LENGTH").map_or(3.0, |n| n.parse().unwrap());
+    let at = (length, cells);
+    let turned = UnitQuaternion::from_scaled_axis(corner)
+        * UnitQuaternion::from_scaled_axis(Vector3::z() * 0.25 * PI);
+    for (name, more) in [("sharp", SHARP), ("mixing", MIXING)] {
+        let sphere = Solid::new(Ellipsoid::new([1.0; 3]));
+        let sphere = creeping(&petsc.session, &sphere, Vector3::zeros(), at, more);
+        for (what, shape, turn, exact) in [
+            ("sphere of 1280 triangles", polyhedral_sphere(3, 0.5), Vector3::zeros(), 1.0),
+            ("prolate 2 along", spheroid(2.0), Vector3::zeros(), 0.95557),
+            ("prolate 2 across", spheroid(2.0), across, 1.0944),
+            ("prolate 4 along", spheroid(4.0), Vector3::zeros(), 1.0066),
+            ("prolate 4 across", spheroid(4.0), across, 1.2955),
+            ("oblate 0.5 along", spheroid(0.5), Vector3::zeros(), 1.1406),
+            ("cube face on", cube(), Vector3::zeros(), 1.08),
+            ("cube corner on", cube(), turned.scaled_axis(), 1.08),
+            ("dumbbell along", dumbbell(), Vector3::zeros(), 1.0241),
+            ("dumbbell across", dumbbell(), across, 1.15026),
+            ("superquadric 5", superquadric(5.0), Vector3::zeros(), 1.0255),
+            ("superquadric 10", superquadric(10.0), Vector3::zeros(), 1.0563),
+        ] {
+            let force = creeping(&petsc.session, &shape, turn, at, more);
+            let found = over_sphere(force, sphere, PI / 6.0);
+            println!(
+                "{name}: {what}: {found:.4}, {:+.2} % ({:.4} raw)",
+                100.0 * (found / exact - 1.0),
+                force / sphere
+            );
+        }
+    }
+    let _ = Sphere { radius: 1.0 };
+}
