@@ -113,6 +113,12 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// Whether it stands in the domain, its periodic images and its ends at the sides of the
+    /// domain in itself.
+    fn is_obstacle(&self) -> bool {
+        false
+    }
+
     /// Its convex parts; their union is the solid, as contacts see it.
     fn parts(&self) -> &[Part];
 

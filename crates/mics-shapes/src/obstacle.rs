@@ -17,7 +17,7 @@ use super::{Fault, Geometry, Nearest, Part, Patch, patches};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector as Place;
-use parry3d_f64::query::PointQuery;
+use parry3d_f64::query::{PointQuery, PointQueryWithLocation, Ray, RayCast};
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 use std::cell::RefCell;
 
@@ -133,7 +133,10 @@ impl Obstacle {
                         x
                     })
                 });
-                solid.extend(moved.filter(|t| t.iter().any(|x| x[a].abs() < reach)));
+                let near = |t: &[Vector3<f64>; 3]| {
+                    t.iter().any(|x| x[a] < reach) && t.iter().any(|x| x[a] > -reach)
+                };
+                solid.extend(moved.filter(near));
             }
         }
         let walls: Vec<_> =
@@ -167,7 +170,6 @@ impl Obstacle {
     /// How far it is from the middles of its walls straight through the solid to another wall, at
     /// least (m).
     fn find_thickness(&self) -> f64 {
-        use parry3d_f64::query::{Ray, RayCast};
         let size = self.room.size.amax();
         let through = |t: &[Vector3<f64>; 3]| {
             let mut middle = (t[0] + t[1] + t[2]) / 3.0;
@@ -295,10 +297,8 @@ impl Geometry for Obstacle {
     }
 
     fn nearest(&self, point: &Vector3<f64>) -> Nearest {
-        let (found, (triangle, _)) = {
-            use parry3d_f64::query::PointQueryWithLocation;
-            self.mesh.project_local_point_and_get_location(place(point), false)
-        };
+        let (found, (triangle, _)) =
+            self.mesh.project_local_point_and_get_location(place(point), false);
         let foot = Vector3::new(found.point.x, found.point.y, found.point.z);
         let (arm, sign) = (point - foot, if found.is_inside { -1.0 } else { 1.0 });
         let distance = arm.norm();
@@ -368,6 +368,17 @@ impl Geometry for Obstacle {
             let (volume, first) = room.end(|x| self.has(&back(x)));
             (volume, volume * middle + back(&first) - middle)
         })
+    }
+
+    fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
+        // From a little above, so that it does not meet the wall that it stands on.
+        let above = 1e-9 * self.radius;
+        let ray = Ray::new(place(&(foot + above * normal)), place(normal));
+        self.mesh.cast_local_ray(&ray, 2.0 * self.radius, false).map(|way| way + above)
+    }
+
+    fn is_obstacle(&self) -> bool {
+        true
     }
 
     fn parts(&self) -> &[Part] {
