@@ -50,7 +50,7 @@ impl Reach {
         }
         self.take(|k, take| {
             let centre = &bodies[k].centre;
-            for image in images(grid, centre) {
+            for image in images(grid, bodies[k].shape(), centre) {
                 if let Some((first, last)) = Block::of_all(grid, &image, &extent(k)).ends() {
                     grid.division.owners(first, last, &mut *take);
                 }

@@ -169,7 +169,7 @@ fn find<const D: usize>(
 ) {
     let Placed { shape, centre, orientation } = body;
     let bounds = shape.bounds(orientation);
-    for image in images(grid, centre) {
+    for image in images(grid, *shape, centre) {
         let place = |a: usize, x: f64| (x / grid.h[a] + if a == axis { 0.5 } else { 0.0 }).floor();
         let low = std::array::from_fn(|a| place(a, image[a] - bounds[a]));
         let high = std::array::from_fn(|a| place(a, image[a] + bounds[a]));

@@ -1,16 +1,19 @@
 //! Which cells, faces or points a particle reaches, its periodic images included.
 
+use super::Shape;
 use crate::grid::Grid;
 use nalgebra::Vector3;
 
 /// The centres (m) of a particle at `centre` and of its images one period away along the periodic
-/// axes.
+/// axes; an obstacle has its images in itself.
 pub fn images<const D: usize>(
     grid: &Grid<D>,
+    shape: &dyn Shape,
     centre: &Vector3<f64>,
 ) -> impl Iterator<Item = Vector3<f64>> {
+    let own = shape.is_obstacle();
     let shifts = std::array::from_fn::<_, 3, _>(|a| {
-        let length = if a < D && grid.periodic[a] { grid.size[a] } else { 0.0 };
+        let length = if a < D && grid.periodic[a] && !own { grid.size[a] } else { 0.0 };
         let shifts = [0.0, -length, length];
         (shifts, if length > 0.0 { 3 } else { 1 })
     });

@@ -55,7 +55,7 @@ pub fn overlaps<const D: usize>(
     // No polygon through crossings of the grid lines is left of a disc that fits between them.
     let small = grid.h.iter().any(|h| 2.0 * shape.radius() <= 2.0 * h);
     let rule = if small { Rule::Exact } else { rule };
-    for image in images(grid, centre) {
+    for image in images(grid, *shape, centre) {
         let image = Placed { centre: image, ..*body };
         match rule {
             Rule::Exact => collect(grid, &image, tiles, overlaps),

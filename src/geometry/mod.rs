@@ -199,6 +199,12 @@ pub trait Shape: Debug + Send + Sync {
         &[]
     }
 
+    /// Whether it stands in the domain, its periodic images and its ends at the sides of the
+    /// domain in itself.
+    fn is_obstacle(&self) -> bool {
+        false
+    }
+
     /// Area of a polygon in place of [`Shape::filled`], after Ushijima et al. 2003, of shapes that
     /// have one.
     fn polygon(&self, _middle: &Vector3<f64>, _half: &Vector3<f64>) -> Option<f64> {

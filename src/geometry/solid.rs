@@ -139,6 +139,10 @@ impl Shape for Solid {
         self.0.meets_itself(&own(foot), &own(normal))
     }
 
+    fn is_obstacle(&self) -> bool {
+        self.0.is_obstacle()
+    }
+
     fn parts(&self) -> &[Part] {
         self.0.parts()
     }

@@ -171,7 +171,7 @@ impl<const D: usize> Scene<D> {
     fn mean_velocity(&self, body: &Body) -> Result<Vector3<f64>> {
         let (grid, turn) = (&self.domain.grid, body.orientation());
         let mut sums = [0.0; 4];
-        for image in images(grid, &body.centre) {
+        for image in images(grid, body.shape(), &body.centre) {
             for at in Block::owned(grid, &image, &body.shape().bounds(&turn)) {
                 let arm = Vector3::from_fn(|a, _| {
                     if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }

@@ -20,6 +20,7 @@ mod ellipse;
 mod ellipsoid;
 mod facets;
 mod flat;
+mod obstacle;
 mod part;
 mod patches;
 mod polygon;
@@ -27,8 +28,10 @@ mod polyhedron;
 mod scaled;
 #[cfg(test)]
 mod scatter;
+mod section;
 mod simplex;
 mod smooth;
+mod solid;
 pub mod stl;
 mod superquadric;
 mod touch;
@@ -37,6 +40,7 @@ pub use clump::Clump;
 pub use distance::{Closest, Pose, closest};
 pub use ellipse::Ellipse;
 pub use ellipsoid::Ellipsoid;
+pub use obstacle::{Obstacle, Room};
 pub use part::{Core, Face, Part, Polytope};
 pub use polygon::Polygon;
 pub use polyhedron::Polyhedron;
@@ -115,6 +119,12 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// body again (m); none where it does not, as of any convex one.
     fn meets_itself(&self, _foot: &Vector3<f64>, _normal: &Vector3<f64>) -> Option<f64> {
         None
+    }
+
+    /// Whether it stands in the domain, its periodic images and its ends at the sides of the
+    /// domain in itself.
+    fn is_obstacle(&self) -> bool {
+        false
     }
 
     /// Its convex parts; their union is the solid, as contacts see it.

@@ -153,6 +153,10 @@ impl<const D: usize> CutBody<D> {
         h: f64,
         numerics: &Numerics,
     ) -> CutBody<D> {
+        if shape.is_obstacle() {
+            // It takes the room that it needs when it is first built.
+            return CutBody { quadrature_points, ..CutBody::elsewhere(grid) };
+        }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
         let tight = shape.radius() + gap::unresolved(numerics) * h;
         let ghosts = fraction::most_middles(grid, tight);
@@ -245,7 +249,7 @@ impl<const D: usize> CutBody<D> {
         let bounds = shape.bounds(orientation).sup(&shape.bounds(&before.orientation));
         let extent = bounds.add_scalar(before.way.norm().max(tight));
         let reached = extent.add_scalar(BEYOND * around.h);
-        if images(grid, &body.centre)
+        if images(grid, body.shape(), &body.centre)
             .all(|image| Block::owned(grid, &image, &reached).ends().is_none())
         {
             if !self.quadrature_points.is_empty() {
@@ -288,7 +292,7 @@ impl<const D: usize> CutBody<D> {
         let (shape, mut touched_cells, round) = (body.shape(), 0, around.round);
         // No round body has left a cell that is further off than it went.
         let way = round.map_or(f64::INFINITY, |radius| before.way.norm() + 1e-9 * radius);
-        for centre in images(grid, &body.centre) {
+        for centre in images(grid, body.shape(), &body.centre) {
             let image = self.stencils.image(grid, centre);
             for at in Block::owned(grid, &centre, extent) {
                 let arm = Vector3::from_fn(|a, _| {
@@ -411,7 +415,8 @@ impl<const D: usize> CutBody<D> {
             let SurfacePoint { place, normal, area } = self.quadrature_points[i];
             let arm = around.orientation * place;
             let image = || {
-                let centre = images(grid, &body.centre).find(|image| grid.owns(&(image + arm)))?;
+                let centre = images(grid, body.shape(), &body.centre)
+                    .find(|image| grid.owns(&(image + arm)))?;
                 Some(self.stencils.image(grid, centre))
             };
             let Some(image) = inside.or_else(image) else { continue };

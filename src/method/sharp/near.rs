@@ -12,6 +12,8 @@ pub struct NearBodies {
     /// Whether a body had others near before the last search.
     pub had: Vec<bool>,
     neighbours: Box<Neighbours>,
+    /// The obstacles among them, which are looked at one by one.
+    obstacles: Vec<usize>,
     /// Largest radius (m), and half the distance at which bodies are near each other, for every one
     /// (m).
     largest: f64,
@@ -33,7 +35,11 @@ impl NearBodies {
             near: (0..n).map(|_| Vec::with_capacity(room)).collect(),
             had: vec![false; n],
             neighbours: Box::new(Neighbours::new(bodies, size, periods)),
-            largest: bodies.iter().fold(0.0, |most, b| most.max(b.radius())),
+            obstacles: (0..n).filter(|k| bodies[*k].shape().is_obstacle()).collect(),
+            largest: bodies
+                .iter()
+                .filter(|b| !b.shape().is_obstacle())
+                .fold(0.0, |most, b| most.max(b.radius())),
             search_radius: vec![0.5 * reach; n],
         }
     }
@@ -44,17 +50,32 @@ impl NearBodies {
             *had = !near.is_empty();
             near.clear();
         }
-        let (near, radius) = (&mut self.near, &self.search_radius);
+        let NearBodies { near, search_radius: radius, obstacles, .. } = self;
         let Some(first) = radius.first() else { return };
         self.neighbours.sort(bodies, 2.0 * self.largest + first);
         for i in 0..bodies.len() {
             self.neighbours.around(i, bodies, radius, |j, _| {
                 // The images of a body come one after the other.
-                if j > i && near[i].last() != Some(&j) {
+                let obstacle = obstacles.contains(&i) || obstacles.contains(&j);
+                if j > i && near[i].last() != Some(&j) && !obstacle {
                     near[i].push(j);
                     near[j].push(i);
                 }
             });
+        }
+        for &obstacle in obstacles.iter() {
+            let (wall, orientation) = (&bodies[obstacle], bodies[obstacle].orientation());
+            for (i, body) in bodies.iter().enumerate().filter(|(i, _)| *i != obstacle) {
+                // Of two obstacles the first looks for the other.
+                let both = body.shape().is_obstacle();
+                let arm = body.centre - wall.centre;
+                let close =
+                    || wall.shape().distance(&orientation, &arm) < body.radius() + 2.0 * radius[i];
+                if (both && obstacle < i) || (!both && close()) {
+                    near[i].push(obstacle);
+                    near[obstacle].push(i);
+                }
+            }
         }
         // In the order of the bodies, so that sums do not depend on how they were found.
         near.iter_mut().for_each(|near| near.sort_unstable());

@@ -35,6 +35,9 @@ impl Neighbour {
         periods: &[Option<f64>; 3],
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
+        // An obstacle has its images in itself.
+        let whole = bodies[j].shape().is_obstacle();
+        let periods = if whole { &[None; 3] } else { periods };
         let (nearest, orientation, own) = (
             nearest_image(&bodies[k].centre, &bodies[j].centre, periods),
             bodies[j].orientation(),
@@ -65,11 +68,12 @@ impl Neighbour {
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
         let (orientation, round) = (bodies[k].orientation(), round(&bodies[k]));
-        let near = reach + 2.0 * bodies[k].radius();
+        let (near, whole) = (reach + 2.0 * bodies[k].radius(), bodies[k].shape().is_obstacle());
         let lengths = periods
             .iter()
             .enumerate()
-            .filter_map(move |(axis, length)| Some((axis, (*length).filter(|l| *l < near)?)));
+            .filter_map(move |(axis, length)| Some((axis, (*length).filter(|l| *l < near)?)))
+            .filter(move |_| !whole);
         lengths.flat_map(move |(axis, length)| {
             [length, -length].map(|way| {
                 let mut apart = Vector3::zeros();
@@ -97,7 +101,7 @@ impl Neighbour {
             .filter(move |(axis, side)| slips(*axis, *side));
         sides.filter_map(move |(axis, side)| {
             let to = if side == 0 { 0.0 } else { grid.size[axis] } - body.centre[axis];
-            if 2.0 * to.abs() > reach + 2.0 * body.radius() {
+            if 2.0 * to.abs() > reach + 2.0 * body.radius() || body.shape().is_obstacle() {
                 return None;
             }
             let (mut apart, mut plane) = (Vector3::zeros(), Matrix3::identity());

@@ -1,0 +1,541 @@
+//! Obstacles: walls of any shape that stand in the domain or cross its sides, concave too.
+//!
+//! ```text
+//!      ____________________     the solid is closed: the outline of a bed goes on below the domain.
+//!     |          __        |    Of its surface only what lies within the domain is a wall: parts on
+//!     |_______ ,'  `.______|    a side of the domain, or beyond one, are none, so that no distance
+//!     :///////'//////`/////:    is measured to them. Across a periodic side the walls go on with
+//!     :////////////////////:    their images.
+//! ```
+//! Distances are from the nearest triangle, with the sign by the pseudo-normals of its corners and
+//! edges (Baerentzen and Aanaes 2005, doi 10.1109/TVCG.2005.49); fractions are exact
+//! ([`super::solid`], [`super::section`]). An outline (2D) is a wall of triangles along z.
+
+use super::section::Section;
+use super::solid::BoxSection;
+use super::{Fault, Geometry, Nearest, Part, Patch, patches};
+use nalgebra::{Matrix3, Vector2, Vector3};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector as Place;
+use parry3d_f64::query::{PointQuery, PointQueryWithLocation, Ray, RayCast};
+use parry3d_f64::shape::{TriMesh, TriMeshFlags};
+use std::cell::RefCell;
+
+/// Distance from a side (of the domain's size) within which a part of the surface lies on it.
+const ON_SIDE: f64 = 1e-9;
+
+/// How far images across periodic sides are kept (of the period).
+const BESIDE: f64 = 0.25;
+
+/// The domain that an obstacle stands in: a box from the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Room {
+    /// Lengths (m); in 2D the third is not used.
+    pub size: Vector3<f64>,
+    /// Which axes are periodic.
+    pub periodic: [bool; 3],
+}
+
+/// A wall of any shape, in the axes of the domain; its own origin is the middle of the domain.
+#[derive(Clone)]
+pub struct Obstacle {
+    dimension: usize,
+    /// All of the closed surface, and its periodic images.
+    solid: Vec<[Vector3<f64>; 3]>,
+    whole: TriMesh,
+    /// The walls among it.
+    walls: Vec<[Vector3<f64>; 3]>,
+    mesh: TriMesh,
+    room: Room,
+    radius: f64,
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+    thickness: f64,
+}
+
+impl std::fmt::Debug for Obstacle {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Obstacle of {} walls in {} dimensions", self.walls.len(), self.dimension)
+    }
+}
+
+impl PartialEq for Obstacle {
+    fn eq(&self, other: &Obstacle) -> bool {
+        self.dimension == other.dimension && self.solid == other.solid && self.room == other.room
+    }
+}
+
+thread_local! {
+    static FLAT: RefCell<Section> = RefCell::default();
+    static BOX: RefCell<BoxSection> = RefCell::default();
+}
+
+fn place(x: &Vector3<f64>) -> Place {
+    Place::new(x.x, x.y, x.z)
+}
+
+fn mesh_of(triangles: &[[Vector3<f64>; 3]]) -> Result<TriMesh, Fault> {
+    let corners = triangles.iter().flatten().map(place).collect();
+    let numbers = (0..triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    // Corners that are one have the normals of all their triangles.
+    let flags = TriMeshFlags::MERGE_DUPLICATE_VERTICES | TriMeshFlags::ORIENTED;
+    TriMesh::with_flags(corners, numbers, flags)
+        .map_err(|e| Fault(format!("the surface cannot be used: {e}")))
+}
+
+impl Obstacle {
+    /// From closed outlines (2D) in the axes of the domain (m): one way round what is solid, the
+    /// other way round holes.
+    ///
+    /// # Errors
+    /// When there is no outline, one has fewer than three corners or crosses itself, or none of it
+    /// is within the domain.
+    pub fn outlines(outlines: &[Vec<[f64; 2]>], room: &Room) -> Result<Obstacle, Fault> {
+        let deep = 10.0 * room.size.xy().amax();
+        let mut triangles = Vec::new();
+        // All the other way round where that makes more solid than holes.
+        let whole: f64 = outlines.iter().map(|outline| area(outline)).sum();
+        for outline in outlines {
+            check_outline(outline)?;
+            for k in 0..outline.len() {
+                let [p, q] = [k, (k + 1) % outline.len()].map(|k| outline[k]);
+                let [p, q] = if whole < 0.0 { [q, p] } else { [p, q] };
+                let [a, b] = [p, q].map(|[x, y]| Vector3::new(x, y, -deep));
+                let up = 2.0 * deep * Vector3::z();
+                triangles.extend([[a, b, b + up], [a, b + up, a + up]]);
+            }
+        }
+        Obstacle::of(2, triangles, room)
+    }
+
+    /// From a closed surface (3D) in the axes of the domain (m), corners counterclockwise seen from
+    /// outside.
+    ///
+    /// # Errors
+    /// When none of it is within the domain.
+    pub fn surface(triangles: &[[Vector3<f64>; 3]], room: &Room) -> Result<Obstacle, Fault> {
+        Obstacle::of(3, triangles.to_vec(), room)
+    }
+
+    fn of(dimension: usize, given: Vec<[Vector3<f64>; 3]>, room: &Room) -> Result<Obstacle, Fault> {
+        let shift = 0.5 * Vector3::from_fn(|a, _| if a < dimension { room.size[a] } else { 0.0 });
+        let half = shift;
+        let mut solid: Vec<_> = given.iter().map(|t| t.map(|x| x - shift)).collect();
+        for a in (0..dimension).filter(|a| room.periodic[*a]) {
+            let reach = (0.5 + BESIDE) * room.size[a];
+            // There the solid goes on.
+            solid.retain(|t| !is_flush(t, &half, a, room));
+            let own = solid.clone();
+            for way in [-room.size[a], room.size[a]] {
+                let moved = own.iter().map(|t| {
+                    t.map(|mut x| {
+                        x[a] += way;
+                        x
+                    })
+                });
+                let near = |t: &[Vector3<f64>; 3]| {
+                    t.iter().any(|x| x[a] < reach) && t.iter().any(|x| x[a] > -reach)
+                };
+                solid.extend(moved.filter(near));
+            }
+        }
+        let walls: Vec<_> =
+            solid.iter().filter(|t| is_wall(t, &half, dimension, room)).copied().collect();
+        let (mut low, mut high) =
+            (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        for corner in walls.iter().flatten() {
+            (low, high) = (low.inf(corner), high.sup(corner));
+        }
+        let (low, high) = (low.sup(&-half), high.inf(&half));
+        if walls.is_empty() || (0..dimension).any(|a| low[a] > high[a]) {
+            return Err(Fault("has no part within the domain".to_owned()));
+        }
+        let radius = low.abs().sup(&high.abs()).norm();
+        let mut obstacle = Obstacle {
+            dimension,
+            whole: mesh_of(&solid)?,
+            mesh: mesh_of(&walls)?,
+            solid,
+            walls,
+            room: *room,
+            radius,
+            low,
+            high,
+            thickness: 0.0,
+        };
+        obstacle.thickness = obstacle.find_thickness();
+        Ok(obstacle)
+    }
+
+    /// How far it is from the middles of its walls straight through the solid to another wall, at
+    /// least (m).
+    fn find_thickness(&self) -> f64 {
+        let size = self.room.size.amax();
+        let through = |t: &[Vector3<f64>; 3]| {
+            let mut middle = (t[0] + t[1] + t[2]) / 3.0;
+            if self.dimension == 2 {
+                middle.z = 0.0;
+            }
+            let inwards = (t[2] - t[0]).cross(&(t[1] - t[0])).try_normalize(0.0)?;
+            let from = middle + 1e-6 * size * inwards;
+            let ray = Ray::new(place(&from), place(&inwards));
+            self.whole.cast_local_ray(&ray, 2.0 * size, false)
+        };
+        self.walls.iter().filter_map(through).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Its walls, corners counterclockwise seen from outside (m).
+    pub fn walls(&self) -> &[[Vector3<f64>; 3]] {
+        &self.walls
+    }
+
+    /// Whether a point is within the solid.
+    fn has(&self, point: &Vector3<f64>) -> bool {
+        self.mesh.project_local_point(place(point), false).is_inside
+    }
+
+    /// Calls `take` with the triangles of the solid that may pass a box with these ends (m).
+    fn near(
+        &self,
+        low: &Vector3<f64>,
+        high: &Vector3<f64>,
+        mut take: impl FnMut(&[Vector3<f64>; 3]),
+    ) {
+        let wider = Vector3::repeat(1e-9 * (high - low).amax());
+        let bounds = Aabb::new(place(&(low - wider)), place(&(high + wider)));
+        self.whole.bvh().intersect_aabb(&bounds).for_each(|k| take(&self.solid[k as usize]));
+    }
+}
+
+/// Whether a triangle lies on a side of the domain across an axis.
+fn is_flush(t: &[Vector3<f64>; 3], half: &Vector3<f64>, axis: usize, room: &Room) -> bool {
+    let on = ON_SIDE * room.size[axis];
+    [-1.0, 1.0].into_iter().any(|side| t.iter().all(|x| (side * x[axis] - half[axis]).abs() <= on))
+}
+
+/// Whether a triangle is a wall: not on a side of the domain, nor beyond one.
+fn is_wall(t: &[Vector3<f64>; 3], half: &Vector3<f64>, dimension: usize, room: &Room) -> bool {
+    !(0..dimension).any(|a| {
+        let on = ON_SIDE * room.size[a];
+        let beyond = |side: f64| t.iter().all(|x| side * x[a] - half[a] >= -on);
+        is_flush(t, half, a, room) || (!room.periodic[a] && (beyond(-1.0) || beyond(1.0)))
+    })
+}
+
+/// The area within an outline (m2), negative where it runs clockwise.
+fn area(outline: &[[f64; 2]]) -> f64 {
+    let at = |k: usize| Vector2::from(outline[k % outline.len()]);
+    (0..outline.len()).map(|k| 0.5 * at(k).perp(&at(k + 1))).sum()
+}
+
+/// The segment that a wall along z stands on, once for its two triangles (m).
+fn segment([a, b, _]: &[Vector3<f64>; 3]) -> Option<[Vector2<f64>; 2]> {
+    (a.z == b.z).then(|| [a.xy(), b.xy()])
+}
+
+/// Refuses an outline that bounds nothing or crosses itself, with its corners by number.
+fn check_outline(outline: &[[f64; 2]]) -> Result<(), Fault> {
+    let n = outline.len();
+    if n < 3 {
+        return Err(Fault(format!("an outline has {n} corners, and needs three at least")));
+    }
+    if let Some(k) = outline.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+        return Err(Fault(format!("corner {} of an outline is no place", k + 1)));
+    }
+    let at = |k: usize| Vector2::from(outline[k % n]);
+    if let Some(k) = (0..n).find(|k| at(*k) == at(k + 1)) {
+        return Err(Fault(format!("corners {} and {} are one place", k + 1, (k + 1) % n + 1)));
+    }
+    let side = |a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>| (b - a).perp(&(c - a));
+    for i in 0..n {
+        for j in i + 2..n - usize::from(i == 0) {
+            let (a, b, c, d) = (at(i), at(i + 1), at(j), at(j + 1));
+            let apart = side(&a, &b, &c) * side(&a, &b, &d) < 0.0
+                && side(&c, &d, &a) * side(&c, &d, &b) < 0.0;
+            if apart {
+                let why = format!(
+                    "the outline crosses itself: its edges after corners {} and {} do",
+                    i + 1,
+                    j + 1
+                );
+                return Err(Fault(why));
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Geometry for Obstacle {
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Of what lies within the domain.
+    fn volume(&self) -> f64 {
+        let half = 0.5 * self.room.size;
+        let edges = [0, 1, 2].map(|a| {
+            let mut edge = Vector3::zeros();
+            if a < self.dimension {
+                edge[a] = half[a];
+            }
+            edge
+        });
+        self.filled(&Vector3::zeros(), &edges).0
+    }
+
+    /// An obstacle does not respond to forces: as of a ball that holds it.
+    fn inertia(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal_element(0.5 * self.volume() * self.radius * self.radius)
+    }
+
+    fn thickness(&self) -> f64 {
+        self.thickness
+    }
+
+    fn nearest(&self, point: &Vector3<f64>) -> Nearest {
+        let (found, (triangle, _)) =
+            self.mesh.project_local_point_and_get_location(place(point), false);
+        let foot = Vector3::new(found.point.x, found.point.y, found.point.z);
+        let (arm, sign) = (point - foot, if found.is_inside { -1.0 } else { 1.0 });
+        let distance = arm.norm();
+        let normal = if distance > 1e-12 * self.radius {
+            sign / distance * arm
+        } else {
+            let [a, b, c] = self.walls[triangle as usize];
+            (b - a).cross(&(c - a)).normalize()
+        };
+        Nearest { distance: sign * distance, normal }
+    }
+
+    fn surface(&self, spacing: f64) -> Vec<Patch> {
+        let mut all = Vec::new();
+        let half = 0.5 * self.room.size;
+        let within =
+            |x: &Vector3<f64>| (0..self.dimension).all(|a| x[a].abs() <= half[a] * (1.0 + ON_SIDE));
+        for [a, b, c] in &self.walls {
+            let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { continue };
+            if self.dimension == 3 {
+                patches::of_triangle(&[*a, *b, *c], &normal, spacing, &mut all);
+            } else if let Some([from, to]) = segment(&[*a, *b, *c]) {
+                let way = to - from;
+                let n = (way.norm() / spacing).ceil().max(1.0);
+                all.extend((0..n as usize).map(|k| {
+                    let at = from + (k as f64 + 0.5) / n * way;
+                    Patch { place: at.push(0.0), normal, area: way.norm() / n }
+                }));
+            }
+        }
+        all.retain(|patch| within(&patch.place));
+        all
+    }
+
+    fn extent(&self, n: &Vector3<f64>) -> f64 {
+        n.zip_zip_map(&self.low, &self.high, |n, low, high| (n * low).max(n * high)).sum()
+    }
+
+    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
+        let lengths = half.map(|edge| edge.norm());
+        let reach = half.iter().map(|edge| edge.abs()).sum::<Vector3<f64>>();
+        // Into the axes of the box and back.
+        let axes = [0, 1].map(|k| half[k] / lengths[k]);
+        let axes = [axes[0], axes[1], axes[0].cross(&axes[1])];
+        let turned = |x: &Vector3<f64>| Vector3::from_fn(|a, _| axes[a].dot(&(x - middle)));
+        let back = |x: &Vector3<f64>| middle + (0..3).map(|a| x[a] * axes[a]).sum::<Vector3<f64>>();
+        if self.dimension == 2 {
+            return FLAT.with_borrow_mut(|section| {
+                let half = Vector2::new(lengths[0], lengths[1]);
+                section.begin(&half);
+                self.near(&(middle - reach), &(middle + reach), |t| {
+                    if let Some(ends) = segment(t) {
+                        let [p, q] = ends.map(|x| turned(&x.push(middle.z)).xy());
+                        section.add(&p, &q);
+                    }
+                });
+                let (area, first) = section.end(|at| self.has(&back(&at.push(0.0)).xy().push(0.0)));
+                let first = back(&first.push(0.0)) - middle;
+                (area, area * middle + first)
+            });
+        }
+        BOX.with_borrow_mut(|room| {
+            room.begin(&Vector3::from(lengths));
+            self.near(&(middle - reach), &(middle + reach), |t| {
+                room.add(&t.each_ref().map(turned))
+            });
+            let (volume, first) = room.end(|x| self.has(&back(x)));
+            (volume, volume * middle + back(&first) - middle)
+        })
+    }
+
+    fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
+        // From a little above, so that it does not meet the wall that it stands on.
+        let above = 1e-9 * self.radius;
+        let ray = Ray::new(place(&(foot + above * normal)), place(normal));
+        self.mesh.cast_local_ray(&ray, 2.0 * self.radius, false).map(|way| way + above)
+    }
+
+    fn is_obstacle(&self) -> bool {
+        true
+    }
+
+    fn parts(&self) -> &[Part] {
+        &[]
+    }
+
+    fn triangles(&self, _spacing: f64) -> Vec<[Vector3<f64>; 3]> {
+        if self.dimension == 3 {
+            return self.walls.clone();
+        }
+        let segments = self.walls.iter().filter_map(segment);
+        segments.map(|[a, b]| [a, b, b].map(|x| x.push(0.0))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    fn room(size: [f64; 3], periodic: [bool; 3]) -> Room {
+        Room { size: Vector3::from(size), periodic }
+    }
+
+    /// Sums of what an obstacle fills of the cells of a grid: area or volume, and first moment.
+    fn sums(obstacle: &Obstacle, n: [usize; 3]) -> (f64, Vector3<f64>) {
+        let (size, d) = (obstacle.room.size, obstacle.dimension);
+        let h = Vector3::from_fn(|a, _| if a < d { size[a] / n[a] as f64 } else { 0.0 });
+        let edges = [0, 1, 2].map(|a| {
+            let mut edge = Vector3::zeros();
+            edge[a] = 0.5 * h[a];
+            edge
+        });
+        let (mut all, mut first) = (0.0, Vector3::zeros());
+        for k in 0..n.iter().product() {
+            let at = [k % n[0], k / n[0] % n[1], k / n[0] / n[1]];
+            let middle = Vector3::from_fn(|a, _| {
+                if a < d { (at[a] as f64 + 0.5) * h[a] - 0.5 * size[a] } else { 0.0 }
+            });
+            let (part, moment) = obstacle.filled(&middle, &edges);
+            (all, first) = (all + part, first + moment);
+        }
+        (all, first)
+    }
+
+    #[test]
+    fn bed_has_walls_only_within_the_domain() {
+        let bed = [[0.0, 0.0], [2.0, 0.0], [2.0, 0.3], [1.0, 0.3], [1.0, 0.5], [0.0, 0.5]];
+        for outline in [bed.to_vec(), bed.iter().rev().copied().collect()] {
+            let own = room([2.0, 1.0, 1.0], [false; 3]);
+            let obstacle = Obstacle::outlines(&[outline], &own).unwrap();
+            let distance =
+                |x: f64, y: f64| obstacle.nearest(&Vector3::new(x - 1.0, y - 0.5, 0.0)).distance;
+            for (x, y, exact) in [
+                (0.001, 0.9, 0.4),
+                (1.9, 0.9, 0.6),
+                (1.999, 0.01, -0.29),
+                (0.001, 0.1, -0.4),
+                (1.1, 0.4, 0.1),
+                (1.3, 0.9, 0.5),
+            ] {
+                assert!((distance(x, y) - exact).abs() < 1e-12, "{x} {y}: {}", distance(x, y));
+            }
+            let (area, first) = sums(&obstacle, [16, 10, 1]);
+            assert!((area - 0.8).abs() < 1e-8, "{area}");
+            assert!((obstacle.volume() - 0.8).abs() < 1e-8, "{}", obstacle.volume());
+            let exact = Vector3::new(0.5 * -0.5 + 0.3 * 0.5, 0.5 * -0.25 + 0.3 * -0.35, 0.0);
+            assert!((first - exact).norm() < 1e-8, "{first} {exact}");
+            let length: f64 = obstacle.surface(0.07).iter().map(|patch| patch.area).sum();
+            assert!((length - 2.2).abs() < 1e-12, "{length}");
+        }
+    }
+
+    #[test]
+    fn bed_goes_on_across_periodic_side() {
+        let wave = |x: f64| 0.3 + 0.1 * (TAU * x / 2.0).cos();
+        let mut outline: Vec<[f64; 2]> = vec![[0.0, -0.2], [2.0, -0.2]];
+        outline.extend((0..=64).rev().map(|k| [k as f64 / 32.0, wave(k as f64 / 32.0)]));
+        let own = room([2.0, 1.0, 1.0], [true, false, false]);
+        let obstacle = Obstacle::outlines(&[outline], &own).unwrap();
+        for y in [0.05, 0.2, 0.6, 0.9] {
+            let [left, right] = [-1.0 + 1e-9, 1.0 - 1e-9]
+                .map(|x| obstacle.nearest(&Vector3::new(x, y - 0.5, 0.0)).distance);
+            assert!((left - right).abs() < 1e-8, "{y}: {left} {right}");
+        }
+        let (area, _) = sums(&obstacle, [16, 10, 1]);
+        let exact: f64 = (0..64)
+            .map(|k| 0.5 * (wave(k as f64 / 32.0) + wave((k + 1) as f64 / 32.0)) / 32.0)
+            .sum();
+        assert!((area - exact).abs() < 1e-8, "{area} {exact}");
+    }
+
+    #[test]
+    fn wrong_outlines_are_named() {
+        let own = room([1.0, 1.0, 1.0], [false; 3]);
+        for (outline, why) in [
+            (vec![[0.2, 0.2], [0.8, 0.2]], "2 corners"),
+            (vec![[0.2, 0.2], [0.8, 0.8], [0.8, 0.2], [0.2, 0.8]], "crosses itself"),
+            (vec![[0.2, 0.2], [0.8, f64::NAN], [0.8, 0.2]], "corner 2"),
+            (vec![[0.2, 0.2], [0.2, 0.2], [0.8, 0.2]], "corners 1 and 2"),
+            (vec![[1.2, 0.2], [1.8, 0.2], [1.8, 0.8]], "within the domain"),
+        ] {
+            let fault = Obstacle::outlines(&[outline], &own).unwrap_err().0;
+            assert!(fault.contains(why), "{fault}");
+        }
+    }
+
+    #[test]
+    fn sphere_of_triangles_has_its_volume_and_distance() {
+        let own = room([1.0, 1.0, 1.0], [false; 3]);
+        let (radius, middle) = (0.3, Vector3::new(0.52, 0.47, 0.55));
+        let surface: Vec<_> =
+            patches::triangles(8).map(|t| t.map(|x| middle + radius * x)).collect();
+        let exact: f64 = surface
+            .iter()
+            .map(|[a, b, c]| (a - middle).dot(&(b - middle).cross(&(c - middle))) / 6.0)
+            .sum();
+        let obstacle = Obstacle::surface(&surface, &own).unwrap();
+        let (volume, first) = sums(&obstacle, [9, 8, 7]);
+        let place = first / volume + Vector3::repeat(0.5);
+        assert!(
+            (volume - exact).abs() < 1e-8 && (place - middle).norm() < 1e-6,
+            "{volume} {place}"
+        );
+        let sphere = 4.0 / 3.0 * PI * radius.powi(3);
+        assert!((exact / sphere - 1.0).abs() < 0.03);
+        for x in [Vector3::new(0.1, 0.2, 0.3), Vector3::new(0.5, 0.5, 0.5)] {
+            let off = (x - middle).norm() - radius;
+            let found = obstacle.nearest(&(x - Vector3::repeat(0.5))).distance;
+            assert!((found - off).abs() < 0.02 * radius, "{found} {off}");
+        }
+        assert!((obstacle.thickness() - 2.0 * radius).abs() < 0.05 * radius);
+    }
+
+    /// A ramp across a duct: half of it is solid, and only its slope is a wall.
+    #[test]
+    fn ramp_in_duct_is_cut_at_sides() {
+        let own = room([2.0, 1.0, 1.0], [false, false, true]);
+        let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z);
+        let [a, b, c] = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]];
+        let at = |p: [f64; 2], z: f64| corner(p[0], p[1], z);
+        let mut surface = Vec::new();
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            // Outside is on the right of the way from p to q, seen from above.
+            surface.push([at(p, 0.0), at(q, 0.0), at(q, 1.0)]);
+            surface.push([at(p, 0.0), at(q, 1.0), at(p, 1.0)]);
+        }
+        surface.push([at(a, 1.0), at(b, 1.0), at(c, 1.0)]);
+        surface.push([at(a, 0.0), at(c, 0.0), at(b, 0.0)]);
+        let obstacle = Obstacle::surface(&surface, &own).unwrap();
+        assert!(obstacle.walls().iter().flatten().all(|x| (x.y - 0.5 * x.x).abs() < 1e-12));
+        let (volume, _) = sums(&obstacle, [8, 4, 4]);
+        assert!((volume - 1.0).abs() < 1e-8, "{volume}");
+        let normal = Vector3::new(-1.0, 2.0, 0.0) / 5.0f64.sqrt();
+        for z in [-0.499, 0.0, 0.499] {
+            let found = obstacle.nearest(&(0.2 * normal + corner(0.0, 0.0, z)));
+            assert!((found.distance - 0.2).abs() < 1e-12 && (found.normal - normal).norm() < 1e-9);
+        }
+    }
+}
