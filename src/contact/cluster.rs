@@ -156,7 +156,7 @@ impl Contacts {
             let (inverse_mass, Impulse { linear, angular }) =
                 (&self.inverse_masses[k], &clusters.impulses[k]);
             let response = inverse_mass.mass.dot(&linear.component_mul(linear))
-                + inverse_mass.inertia.dot(&angular.component_mul(angular));
+                + angular.dot(&inverse_mass.inertia.of(angular));
             let first = clusters.first(k);
             clusters.works[first].expected += response;
         }

@@ -4,8 +4,9 @@
 //! ```text
 //!   residual    e_i = v_i - v_i*,  o_i = w_i - w_i*
 //!              v*: at the end of the substeps, w*: before the pressure
-//!   normal      P = q m_n e_n,   e_n = n.(e_i - e_j)         1/m_n, 1/m_t as in [`super::law`]
-//!   tangential  Q = -q m_t e_t,  e_t = (e_i - e_j)_t + (a_i o_i + a_j o_j) x n,
+//!   at contact  e = e_i - e_j + o_i x r_i - o_j x r_j
+//!   normal      P = q m_n e_n,   e_n = n.e                   1/m_n, 1/m_t as in [`super::law`]
+//!   tangential  Q = -q m_t e_t,  e_t = e - e_n n,
 //!              |Q + Q_1| <= mu (P + P_1)
 //!   position    x_i = x_i* + t (1 - q)/2 (v_i - v_i*)       by the least t (1 - q) of its contacts
 //!   share       q = 1 - sin(x)/x,  x = pi t/T <= pi
@@ -48,7 +49,7 @@ pub(super) struct Constraint {
     two: [usize; 2],
     /// From the first to the second, and the arms of both (m).
     normal: Vector3<f64>,
-    arms: [f64; 2],
+    arms: [Vector3<f64>; 2],
     /// `1/m_n`, `1/m_t` (1/kg), and q along both.
     inverse: [f64; 2],
     share: [f64; 2],
@@ -140,8 +141,8 @@ impl Contacts {
             pair.normal_impulse += press;
             pair.tangential += along;
         }
-        let (impulse, turn) = (along - press * normal, normal.cross(&along));
-        pair.add(impulse, arms.map(|arm| arm * turn));
+        let impulse = along - press * normal;
+        pair.add(impulse, turns(&arms, &impulse));
         if let Some(wall) = constraint.two[1].checked_sub(bodies) {
             self.wall_impulse -= impulse;
             self.wall_work += impulse.dot(&self.walls[wall].velocity);
@@ -183,10 +184,11 @@ impl Contacts {
         if kinematics.overlap <= 0.0 {
             return 1.0;
         }
-        let (law, mass) = (self.law(pair), 1.0 / kinematics.inverse_normal);
+        let (law, mass) = (self.law(pair), kinematics.mass_of_overlap());
         // The energy of an overlap counts as that of an approach.
-        let speed =
-            (kinematics.approach.powi(2) + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
+        let speed = ((kinematics.gain * kinematics.approach).powi(2)
+            + 2.0 * law.stored(kinematics.overlap) / mass)
+            .sqrt();
         let x = (PI * pair.touched / law.contact_time(mass, speed)).min(PI);
         1.0 - x.sin() / x
     }
@@ -206,14 +208,13 @@ impl Contacts {
             constraint.press + self.residual_of(constraint, residuals, corrections).0 / normal;
         let press = constraint.within_contact(pair, constraint.share[0] * off);
         let pressed = press - constraint.press;
-        constraint.apply(-pressed * n, [Vector3::zeros(); 2], corrections);
+        constraint.apply(-pressed * n, corrections);
 
         let slips =
             constraint.along - self.residual_of(constraint, residuals, corrections).1 / tangential;
         let along = constraint.within_cone(pair, press, constraint.share[1] * slips);
         let slid = along - constraint.along;
-        let turn = n.cross(&slid);
-        constraint.apply(slid, constraint.arms.map(|arm| arm * turn), corrections);
+        constraint.apply(slid, corrections);
 
         (constraint.press, constraint.along) = (press, along);
         (pressed.abs() * normal).max(slid.norm() * tangential)
@@ -232,11 +233,12 @@ impl Contacts {
             };
             let (InverseMass { mass, inertia, .. }, residual) =
                 (&self.inverse_masses[k], &residuals[k]);
-            (residual + mass.component_mul(&given.linear), inertia.component_mul(&given.angular))
+            (residual + mass.component_mul(&given.linear), inertia.of(&given.angular))
         };
         let ([(one, spun), (other, its)], n) = (constraint.two.map(of), constraint.normal);
-        let (moved, turned) = (one - other, constraint.arms[0] * spun + constraint.arms[1] * its);
-        (moved.dot(&n), moved - moved.dot(&n) * n + turned.cross(&n))
+        let arms = &constraint.arms;
+        let moved = one - other + spun.cross(&arms[0]) - its.cross(&arms[1]);
+        (moved.dot(&n), moved - moved.dot(&n) * n)
     }
 
     /// Whether a pair gave an impulse over a step of `dt` (s) that counts: lubrication that can
@@ -271,9 +273,9 @@ impl Constraint {
         along + whole * ((limit / whole.norm().max(f64::MIN_POSITIVE)).min(1.0) - 1.0)
     }
 
-    /// Adds an impulse (N s) to the first of the pair, its opposite to the second, and angular
-    /// impulses to both (N m s).
-    fn apply(&self, impulse: Vector3<f64>, turns: [Vector3<f64>; 2], corrections: &mut [Impulse]) {
+    /// Adds an impulse (N s) at the contact to the first of the pair, its opposite to the second.
+    fn apply(&self, impulse: Vector3<f64>, corrections: &mut [Impulse]) {
+        let turns = turns(&self.arms, &impulse);
         for (k, impulse, turn) in
             [(self.two[0], impulse, turns[0]), (self.two[1], -impulse, turns[1])]
         {
@@ -283,4 +285,10 @@ impl Constraint {
             }
         }
     }
+}
+
+/// What an impulse (N s) at a contact, with these arms (m), gives the first and the second of a
+/// pair of angular momentum (N m s).
+pub(super) fn turns(arms: &[Vector3<f64>; 2], impulse: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    [arms[0].cross(impulse), -arms[1].cross(impulse)]
 }

@@ -1,7 +1,9 @@
 //! How many substeps a step needs.
 
 use super::law::Law;
+use super::meeting::InverseMass;
 use super::pair::Pair;
+use super::substep::rim_speed;
 use super::{Contacts, Substeps};
 use crate::config::MOST_SUBSTEPS;
 use crate::numerics::Numerics;
@@ -78,7 +80,8 @@ impl Contacts {
             velocity -= other.velocity;
             accelerations -= self.inverse_masses[pair.second].accelerations.acceleration;
         }
-        velocity.norm() + accelerations.norm() * time
+        let rims = rim_speed(&bodies[pair.first]) + bodies.get(pair.second).map_or(0.0, rim_speed);
+        velocity.norm() + accelerations.norm() * time + rims
     }
 
     /// How many substeps the fluid between a pair wants in `time` (s), where the two cannot touch
@@ -97,11 +100,25 @@ impl Contacts {
         (pair.is_own_image() || gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
     }
 
+    /// Least mass (kg) that a contact of a pair may stop: at the rim of bodies that are not round,
+    /// which turn out of the way.
+    pub(super) fn least_mass(&self, pair: &Pair, bodies: &[Body]) -> f64 {
+        let of = |k: usize| {
+            let Some(body) = bodies.get(k) else { return [0.0; 2] };
+            let InverseMass { mass, inertia, .. } = &self.inverse_masses[k];
+            let rim = if body.is_round() { 0.0 } else { body.radius() };
+            [mass.max() + rim * rim * inertia.max(), rim]
+        };
+        let [[one, rim], [other, its_rim]] = [pair.first, pair.second].map(of);
+        if rim + its_rim > 0.0 { 1.0 / (one + other) } else { f64::INFINITY }
+    }
+
     /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come
     /// to within `time` (s).
     pub(super) fn contact_of(&self, pair: &Pair, bodies: &[Body], time: f64) -> (&Law, f64, f64) {
         let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
-        let (mass, pushed) = (1.0 / kinematics.inverse_normal, self.pushed(pair, bodies, time));
+        let mass = kinematics.mass_of_overlap().min(self.least_mass(pair, bodies));
+        let pushed = self.pushed(pair, bodies, time);
         // The energy of an overlap counts as that of an approach.
         let speed = (pushed * pushed + 2.0 * law.stored(kinematics.overlap) / mass).sqrt();
         (law, mass, law.contact_time(mass, speed))

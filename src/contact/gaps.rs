@@ -1,5 +1,6 @@
 //! Forces of the fluid in the gaps in a substep, pair by pair; [`super::lubrication`] has formulas.
 
+use super::correction::turns;
 use super::law::Kinematics;
 use super::lubrication::Lubrication;
 use super::pair::Pair;
@@ -36,13 +37,15 @@ impl Contacts {
                 self.touch(&pair);
             }
             let kinematics = self.kinematics_at(&pair, bodies, 0.0, &meeting);
-            let lubrication = self.lubrication(&pair, bodies, gap, gap - h * kinematics.approach);
+            let next = gap - h * kinematics.approach;
+            let lubrication = self.lubrication(&pair, bodies, meeting.radii, gap, next);
             self.pairs[p].lubrication = lubrication;
             let resistance = h * lubrication.normal;
             let impulse =
                 resistance * kinematics.approach / (1.0 + resistance * kinematics.inverse_normal);
             self.pairs[p].normal += impulse;
-            self.apply_impulse(p, bodies, -impulse * kinematics.normal, [Vector3::zeros(); 2]);
+            let impulse = -impulse * kinematics.normal;
+            self.apply_impulse(p, bodies, impulse, turns(&arms, &impulse));
             let slip = self.slide(p, bodies, &kinematics, arms, h * lubrication.sliding);
             self.roll(p, bodies, (kinematics.normal, slip), arms, h * lubrication.rolling);
         }
@@ -54,6 +57,7 @@ impl Contacts {
         &self,
         pair: &Pair,
         bodies: &[Body],
+        [radius, other]: [f64; 2],
         gap: f64,
         next: f64,
     ) -> Lubrication {
@@ -66,9 +70,7 @@ impl Contacts {
         {
             return pair.lubrication;
         }
-        let (body, other) =
-            (&bodies[pair.first], bodies.get(pair.second).map_or(f64::INFINITY, |b| b.radius()));
-        let (dimension, radius) = (body.shape().dimension(), body.radius());
+        let dimension = bodies[pair.first].shape().dimension();
         let side = self.side(pair);
         if side == Some(WallSide::Inflow) {
             return Lubrication { gap: gap.max(0.0), normal: 0.0, sliding: 0.0, rolling: 0.0 };
@@ -123,13 +125,12 @@ impl Contacts {
         p: usize,
         bodies: &mut [Body],
         kinematics: &Kinematics,
-        arms: [f64; 2],
+        arms: [Vector3<f64>; 2],
         resistance: f64,
     ) -> Vector3<f64> {
         let left = 1.0 / (1.0 + resistance * kinematics.inverse_tangential);
         let impulse = -resistance * left * kinematics.slip;
-        let turn = kinematics.normal.cross(&impulse);
-        self.apply_impulse(p, bodies, impulse, arms.map(|arm| arm * turn));
+        self.apply_impulse(p, bodies, impulse, turns(&arms, &impulse));
         left * kinematics.slip
     }
 
@@ -139,10 +140,12 @@ impl Contacts {
         p: usize,
         bodies: &mut [Body],
         (n, slip): (Vector3<f64>, Vector3<f64>),
-        arms: [f64; 2],
+        arms: [Vector3<f64>; 2],
         resistance: f64,
     ) {
         let pair = self.pairs[p];
+        // How far the contact is from both centres along the normal.
+        let arms = [arms[0].dot(&n), -arms[1].dot(&n)];
         let (body, other) = (&bodies[pair.first], bodies.get(pair.second));
         if self.side(&pair) == Some(WallSide::Slip) {
             // The mirror image turns the other way, at the same arm.
@@ -198,7 +201,7 @@ impl Contacts {
                 continue;
             };
             body.velocity += sign * self.inverse_masses[k].mass.component_mul(&impulse);
-            body.spin += self.inverse_masses[k].inertia.component_mul(&turn);
+            body.spin += self.inverse_masses[k].inertia.of(&turn);
             self.impulses[k].linear += sign * impulse;
             self.impulses[k].angular += turn;
         }

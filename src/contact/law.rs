@@ -105,6 +105,8 @@ pub(super) struct Kinematics {
     pub(super) h: f64,
     /// Overlap at its middle (m), from the velocities at its start.
     pub(super) overlap: f64,
+    /// By how much that changes where the two approach at the contact: more than 1 in a patch.
+    pub(super) gain: f64,
     /// From the first to the second.
     pub(super) normal: Vector3<f64>,
     /// Speed of approach at the start of the substep (m/s).
@@ -122,9 +124,15 @@ pub(super) struct Kinematics {
 }
 
 impl Kinematics {
+    /// Mass that an overlap stops (kg): that of the two at the contact, but for a patch, where the
+    /// overlap grows faster.
+    pub(super) fn mass_of_overlap(&self) -> f64 {
+        1.0 / (self.inverse_normal * self.gain * self.gain)
+    }
+
     /// Overlaps at the two ends of the substep, the smaller one first (m).
     fn interval(&self) -> (f64, f64) {
-        let half = 0.5 * self.h * self.approach.abs();
+        let half = 0.5 * self.h * (self.gain * self.approach).abs();
         (self.overlap - half, self.overlap + half)
     }
 }
@@ -200,7 +208,7 @@ impl Law {
             Damping::Restitution(_) => {
                 let eta = 2.0 * self.zeta * k.sqrt() * root;
                 (
-                    eta / kinematics.inverse_normal.sqrt(),
+                    eta / (kinematics.gain * kinematics.inverse_normal.sqrt()),
                     eta * (law.tangential_ratio / kinematics.inverse_tangential).sqrt(),
                 )
             }
@@ -208,9 +216,12 @@ impl Law {
         };
 
         let elastic = k * mean(g);
-        let slowing = 0.5 * h * kinematics.inverse_normal;
-        let approach = kinematics.approach + 0.5 * h * kinematics.accelerations - slowing * elastic;
-        let normal = (elastic + damper * approach / (1.0 + slowing * damper)).max(0.0);
+        // Along the overlap: the force that does its work acts on the bodies `gain` times.
+        let gain = kinematics.gain;
+        let slowing = 0.5 * h * kinematics.inverse_normal * gain * gain;
+        let approach =
+            gain * (kinematics.approach + 0.5 * h * kinematics.accelerations) - slowing * elastic;
+        let normal = gain * (elastic + damper * approach / (1.0 + slowing * damper)).max(0.0);
         let (stiffness, lasted) = (law.tangential_ratio * k * mean(g - 1.0), mean(0.0) * h);
         (
             normal,

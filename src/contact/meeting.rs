@@ -1,10 +1,15 @@
 //! How a pair meets, and how its two respond to forces.
 
-use super::Contacts;
 use super::law::Kinematics;
 use super::pair::Pair;
+use super::{Contacts, DEEPEST_OVERLAP};
+use crate::geometry::Orientation;
 use crate::particles::{Accelerations, Body, Inertia};
-use nalgebra::Vector3;
+use mics_shapes::{Core, Part, Pose, Touch};
+use nalgebra::{Matrix3, Vector3};
+
+/// Part of the skins of two parts, together, that an overlap may take: cores are never to meet.
+const MOST_OF_SKINS: f64 = 0.9;
 
 /// How a body responds to forces: zero along the axes where it does not.
 #[derive(Clone, Copy, Debug)]
@@ -14,14 +19,46 @@ pub(super) struct InverseMass {
     /// 1/kg.
     pub(super) mass: Vector3<f64>,
     /// 1/(kg m2).
-    pub(super) inertia: Vector3<f64>,
+    pub(super) inertia: InverseInertia,
+    /// Moments of inertia in its own axes of a body that tumbles (kg m2).
+    own: Option<Matrix3<f64>>,
     pub(super) accelerations: Accelerations,
+}
+
+/// How a body's spin responds to an angular impulse (1/(kg m2)).
+#[derive(Clone, Copy, Debug)]
+pub(super) enum InverseInertia {
+    /// By the axes of the box.
+    Axes(Vector3<f64>),
+    /// In the axes of the box.
+    Tensor(Matrix3<f64>),
+}
+
+impl InverseInertia {
+    /// What an angular impulse (N m s) changes of the spin (rad/s).
+    #[inline]
+    pub(super) fn of(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
+        match self {
+            InverseInertia::Axes(inverse) => inverse.component_mul(impulse),
+            InverseInertia::Tensor(inverse) => inverse * impulse,
+        }
+    }
+
+    /// The largest about an axis.
+    #[inline]
+    pub(super) fn max(&self) -> f64 {
+        match self {
+            InverseInertia::Axes(inverse) => inverse.max(),
+            InverseInertia::Tensor(inverse) => inverse.diagonal().max(),
+        }
+    }
 }
 
 pub(super) const RIGID: InverseMass = InverseMass {
     whole: 0.0,
     mass: Vector3::new(0.0, 0.0, 0.0),
-    inertia: Vector3::new(0.0, 0.0, 0.0),
+    inertia: InverseInertia::Axes(Vector3::new(0.0, 0.0, 0.0)),
+    own: None,
     accelerations: Accelerations {
         acceleration: Vector3::new(0.0, 0.0, 0.0),
         angular: Vector3::new(0.0, 0.0, 0.0),
@@ -38,14 +75,36 @@ impl InverseMass {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
+        let turn = body.orientation();
+        let inverse = match inertia {
+            Inertia::Tensor(_) if body.tumbles() => {
+                InverseInertia::Tensor(inertia.inverse(&freedom))
+            }
+            Inertia::Tensor(_) => InverseInertia::Axes(inertia.inverse(&freedom).diagonal()),
+            Inertia::Same(_) => {
+                InverseInertia::Axes(inertia.inverse_mass(&Vector3::repeat(1.0), &freedom))
+            }
+        };
         InverseMass {
             whole: 1.0 / mass,
             mass: along / mass,
-            inertia: inertia.inverse_mass(&Vector3::repeat(1.0), &freedom),
+            inertia: inverse,
+            own: match inertia {
+                Inertia::Tensor(i) if body.tumbles() => Some(turn.transpose() * i * turn.matrix()),
+                _ => None,
+            },
             accelerations: Accelerations {
                 acceleration: accelerations.acceleration.component_mul(&along),
                 angular: accelerations.angular.component_mul(&about),
             },
+        }
+    }
+
+    /// Takes how a body that tumbles is turned now.
+    pub(super) fn turn(&mut self, body: &Body, orientation: &Orientation) {
+        if let (Some(own), Some(freedom)) = (self.own, body.freedom()) {
+            let tensor = orientation.matrix() * own * orientation.matrix().transpose();
+            self.inertia = InverseInertia::Tensor(Inertia::Tensor(tensor).inverse(&freedom));
         }
     }
 
@@ -57,21 +116,30 @@ impl InverseMass {
 }
 
 /// Where a pair touches.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting {
     /// From the first to the second.
     pub(super) normal: Vector3<f64>,
     /// Negative where they do not (m).
     pub(super) overlap: f64,
+    /// By how much the overlap of a patch grows where the two approach at its place.
+    pub(super) gain: f64,
     /// From the centres to the contact (m).
-    pub(super) arms: [f64; 2],
+    pub(super) arms: [Vector3<f64>; 2],
+    /// Radius of the patch (m).
+    pub(super) spread: f64,
+    /// Local radii of curvature (m).
+    pub(super) radii: [f64; 2],
     /// Relative velocity of the centres (m/s).
     pub(super) velocity: Vector3<f64>,
+    /// Speed of approach at the contact (m/s).
+    pub(super) approach: f64,
 }
 
 impl Meeting {
     /// Whether they touch during a substep `h` (s) in whose middle this is.
     pub(super) fn touches(&self, h: f64) -> bool {
-        self.overlap > 0.0 || self.overlap + 0.5 * h * self.velocity.dot(&self.normal).abs() > 0.0
+        self.overlap > 0.0 || self.overlap + 0.5 * h * (self.gain * self.approach).abs() > 0.0
     }
 }
 
@@ -80,15 +148,18 @@ impl Contacts {
     pub(super) fn closest(&self, pair: &Pair, bodies: &[Body], h: f64) -> Meeting {
         let body = &bodies[pair.first];
         match bodies.get(pair.second) {
-            Some(other) => {
+            Some(other) if body.is_round() && other.is_round() => {
                 let velocity = body.velocity - other.velocity;
                 let apart = pair.apart(bodies, &self.periods) - 0.5 * h * velocity;
                 let distance = apart.norm();
+                let (normal, radii) = (apart / distance, [body.radius(), other.radius()]);
                 let overlap = body.radius() + other.radius() - distance;
-                let arms = [body.radius() - 0.5 * overlap, other.radius() - 0.5 * overlap];
-                Meeting { normal: apart / distance, overlap, arms, velocity }
+                let arms =
+                    [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
+                let approach = velocity.dot(&normal);
+                Meeting { normal, overlap, gain: 1.0, arms, spread: 0.0, radii, velocity, approach }
             }
-            None => {
+            None if body.is_round() => {
                 let wall = &self.walls[pair.second - bodies.len()];
                 let normal = wall.normal();
                 let distance = wall.distance(&body.centre) - 0.5 * h * body.velocity.dot(&normal);
@@ -96,11 +167,107 @@ impl Contacts {
                 Meeting {
                     normal,
                     overlap: body.radius() - distance,
-                    arms: [distance, 0.0],
+                    gain: 1.0,
+                    arms: [distance * normal, Vector3::zeros()],
+                    spread: 0.0,
+                    radii: [body.radius(), f64::INFINITY],
                     velocity,
+                    approach: velocity.dot(&normal),
+                }
+            }
+            _ => self.touch_of_parts(pair, bodies, h),
+        }
+    }
+
+    /// The same of a body that is not round.
+    fn touch_of_parts(&self, pair: &Pair, bodies: &[Body], h: f64) -> Meeting {
+        let body = &bodies[pair.first];
+        let pose = self.pose(pair.first, bodies, h);
+        let (ball, its_ball);
+        let part = match body.parts().get(pair.parts[0]) {
+            Some(part) => part,
+            None => {
+                ball = Part::ball(Vector3::zeros(), body.radius());
+                &ball
+            }
+        };
+        let Some(other) = bodies.get(pair.second) else {
+            let wall = &self.walls[pair.second - bodies.len()];
+            let offset = if wall.high { wall.at } else { -wall.at };
+            let touch = mics_shapes::touch_plane(part, &pose, &wall.normal(), offset);
+            let arms = [touch.place - pose.place, Vector3::zeros()];
+            let velocity = body.velocity - wall.sliding();
+            return Meeting::of(&touch, arms, velocity, body.spin.cross(&arms[0]));
+        };
+        let its_part = match other.parts().get(pair.parts[1]) {
+            Some(part) => part,
+            None => {
+                its_ball = Part::ball(Vector3::zeros(), other.radius());
+                &its_ball
+            }
+        };
+        let velocity = body.velocity - other.velocity;
+        let apart = pair.apart(bodies, &self.periods) - 0.5 * h * velocity;
+        // About the first body's centre.
+        let own = Pose { place: Vector3::zeros(), ..pose };
+        let its = Pose { place: apart, ..self.pose(pair.second, bodies, h) };
+        let guess = apart + its.orientation * its_part.place - own.orientation * part.place;
+        match mics_shapes::touch(part, &own, its_part, &its, &guess) {
+            Some(touch) => {
+                let arms = [touch.place, touch.place - apart];
+                let turning = body.spin.cross(&arms[0]) - other.spin.cross(&arms[1]);
+                Meeting::of(&touch, arms, velocity, turning)
+            }
+            None => {
+                // Beyond what a soft contact can be: as deep as the skins are thick.
+                let normal = guess.try_normalize(0.0).unwrap_or_else(Vector3::x);
+                Meeting {
+                    normal,
+                    overlap: part.rounding + its_part.rounding,
+                    gain: 1.0,
+                    arms: [0.5 * apart, -0.5 * apart],
+                    spread: 0.0,
+                    radii: [part.radius, its_part.radius],
+                    velocity,
+                    approach: velocity.dot(&normal),
                 }
             }
         }
+    }
+
+    /// How a body lies in the middle of a substep `h` (s), or now.
+    fn pose(&self, k: usize, bodies: &[Body], h: f64) -> Pose {
+        if h > 0.0 {
+            return self.poses[k];
+        }
+        Pose { place: bodies[k].centre, orientation: bodies[k].orientation() }
+    }
+
+    /// Finds how the bodies that are not round lie in the middle of a substep `h` (s), and how they
+    /// respond there.
+    pub(super) fn turn_to_middle(&mut self, bodies: &[Body], h: f64) {
+        let turning = bodies.iter().enumerate().filter(|(_, body)| !body.is_round());
+        for (k, body) in turning.filter(|(k, _)| self.paired[*k]) {
+            let mut middle = body.clone();
+            middle.turn_freely(0.5 * h);
+            let orientation = middle.orientation();
+            self.poses[k] = Pose { place: body.centre + 0.5 * h * body.velocity, orientation };
+            self.inverse_masses[k].turn(body, &orientation);
+        }
+    }
+
+    /// Deepest overlap of a pair that a soft contact is (m), and the radius that it is a part of.
+    pub(super) fn deepest_allowed(&self, pair: &Pair, bodies: &[Body]) -> (f64, f64) {
+        let of = |k: usize, part: usize| {
+            let Some(body) = bodies.get(k) else { return (f64::INFINITY, f64::INFINITY) };
+            body.parts().get(part).map_or((body.radius(), body.radius()), |part| {
+                (part.radius, if part.core == Core::Point { part.radius } else { part.rounding })
+            })
+        };
+        let [(radius, skin), (its, its_skin)] =
+            [of(pair.first, pair.parts[0]), of(pair.second, pair.parts[1])];
+        let radius = radius.min(its);
+        ((DEEPEST_OVERLAP * radius).min(MOST_OF_SKINS * (skin + its_skin)), radius)
     }
 
     /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the
@@ -110,7 +277,7 @@ impl Contacts {
         pair: &Pair,
         bodies: &[Body],
         h: f64,
-    ) -> (Kinematics, [f64; 2]) {
+    ) -> (Kinematics, [Vector3<f64>; 2]) {
         let meeting = self.closest(pair, bodies, h);
         (self.kinematics_at(pair, bodies, h, &meeting), meeting.arms)
     }
@@ -124,41 +291,98 @@ impl Contacts {
         meeting: &Meeting,
     ) -> Kinematics {
         let (body, inverse_mass) = (&bodies[pair.first], &self.inverse_masses[pair.first]);
-        let &Meeting { normal, overlap, arms, velocity } = meeting;
-        let (mut turning, mut turned) =
-            (arms[0] * body.spin, arms[0] * inverse_mass.accelerations.angular);
+        let &Meeting { normal, overlap, gain, arms, velocity, approach, .. } = meeting;
+        let mut turning = body.spin.cross(&arms[0]);
+        let mut turned = inverse_mass.accelerations.angular.cross(&arms[0]);
         let (mut whole, mut inverse, mut accelerations) =
             (inverse_mass.whole, inverse_mass.mass, inverse_mass.accelerations.acceleration);
-        let mut inverse_turn = arms[0] * arms[0] * inverse_mass.inertia.max();
+        let mut round = body.is_round();
         if let Some(other) = bodies.get(pair.second) {
             let its = &self.inverse_masses[pair.second];
-            turning += arms[1] * other.spin;
-            turned += arms[1] * its.accelerations.angular;
+            turning -= other.spin.cross(&arms[1]);
+            turned -= its.accelerations.angular.cross(&arms[1]);
             accelerations -= its.accelerations.acceleration;
             whole += its.whole;
             inverse += its.mass;
-            inverse_turn += arms[1] * arms[1] * its.inertia.max();
+            round &= other.is_round();
         }
         if pair.is_own_image() {
             // An impulse and its reaction on the same body move it nowhere, and turn it twice.
             inverse = Vector3::zeros();
-            inverse_turn = (arms[0] + arms[1]).powi(2) * inverse_mass.inertia.max();
         }
         let along = |v: Vector3<f64>, turning: Vector3<f64>| {
-            v - v.dot(&normal) * normal + turning.cross(&normal)
+            let v = v + turning;
+            v - v.dot(&normal) * normal
         };
+        let inverse_turn = self.turning_response(pair, &arms, &normal, round);
         // Along an axis where neither gives way the damper changes nothing, but has to stay finite.
         let finite = |inverse: f64| if inverse > 1e-6 * whole { inverse } else { whole };
         Kinematics {
             h,
             overlap,
+            gain,
             normal,
-            approach: velocity.dot(&normal),
+            approach,
             slip: along(velocity, turning),
-            accelerations: accelerations.dot(&normal),
+            accelerations: accelerations.dot(&normal)
+                + if round { 0.0 } else { turned.dot(&normal) },
             push_slip: along(accelerations, turned),
-            inverse_normal: finite(normal.component_mul(&normal).dot(&inverse)),
-            inverse_tangential: finite(inverse.max() + inverse_turn),
+            inverse_normal: finite(normal.component_mul(&normal).dot(&inverse) + inverse_turn[0]),
+            inverse_tangential: finite(inverse.max() + inverse_turn[1]),
         }
+    }
+
+    /// How the surfaces of a pair respond at the contact by turning (1/kg): along the normal, and
+    /// most across it. That of round ones is the same all across.
+    fn turning_response(
+        &self,
+        pair: &Pair,
+        arms: &[Vector3<f64>; 2],
+        normal: &Vector3<f64>,
+        round: bool,
+    ) -> [f64; 2] {
+        let first = &self.inverse_masses[pair.first].inertia;
+        let second = self.inverse_masses.get(pair.second).map(|its| &its.inertia);
+        if round {
+            let sides = match (pair.is_own_image(), second) {
+                (true, _) => (arms[0] - arms[1]).norm_squared() * first.max(),
+                (_, Some(its)) => {
+                    arms[0].norm_squared() * first.max() + arms[1].norm_squared() * its.max()
+                }
+                _ => arms[0].norm_squared() * first.max(),
+            };
+            return [0.0, sides];
+        }
+        let response = |a: &Vector3<f64>, b: &Vector3<f64>| {
+            let of = |inertia: &InverseInertia, arm: &Vector3<f64>| {
+                arm.cross(a).dot(&inertia.of(&arm.cross(b)))
+            };
+            match second {
+                Some(_) if pair.is_own_image() => of(first, &(arms[0] - arms[1])),
+                Some(its) => of(first, &arms[0]) + of(its, &arms[1]),
+                None => of(first, &arms[0]),
+            }
+        };
+        let about = if normal.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
+        let t = about.cross(normal).normalize();
+        let s = normal.cross(&t);
+        let [tt, ts, ss] = [response(&t, &t), response(&t, &s), response(&s, &s)];
+        let across = 0.5 * (tt + ss) + (0.25 * (tt - ss) * (tt - ss) + ts * ts).sqrt();
+        [response(normal, normal), across]
+    }
+}
+
+impl Meeting {
+    /// That of two parts, whose centres have a relative velocity and whose spins add another one at
+    /// the contact (m/s).
+    fn of(
+        touch: &Touch,
+        arms: [Vector3<f64>; 2],
+        velocity: Vector3<f64>,
+        turning: Vector3<f64>,
+    ) -> Meeting {
+        let &Touch { normal, overlap, gain, spread, radii, .. } = touch;
+        let approach = (velocity + turning).dot(&normal);
+        Meeting { normal, overlap, gain, arms, spread, radii, velocity, approach }
     }
 }

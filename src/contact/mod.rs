@@ -22,9 +22,13 @@
 //! step, and bounds the work of the contacts.
 //!
 //! ```text
-//!      first          second        arms: from the centres to the middle of the overlap
-//!     (   o----n--->()<-----o   )   slip = (v_i - v_j)_t + (a_i w_i + a_j w_j) x n
+//!      first          second        arms r: from the centres to the middle of the overlap
+//!     (   o----n--->()<-----o   )   slip = (v_i - v_j + w_i x r_i - w_j x r_j)_t
 //! ```
+//!
+//! A body that is not round has convex parts ([`mics_shapes::Part`]), each a contact of its own
+//! with every part near it, and with the walls ([`mics_shapes::touch`]); its orientation and its
+//! tensor of inertia turn in every substep.
 
 mod cluster;
 mod correction;
@@ -53,6 +57,7 @@ use correction::Constraint;
 pub use law::{Damping, Laws, Material};
 pub use lubrication::Medium;
 use meeting::{InverseMass, RIGID};
+use mics_shapes::Pose;
 use nalgebra::Vector3;
 use pair::{Pair, crossed};
 pub use stiffness::Impact;
@@ -86,6 +91,8 @@ pub struct Springs {
     /// Which image: whole periods from the centre of the second body to that of the image, along
     /// each axis.
     pub image: Vector3<f64>,
+    /// Which parts of both bodies; 0 of round bodies and of walls.
+    pub parts: [usize; 2],
     /// The tangential spring (m), which pulls the first body back.
     pub tangential: Vector3<f64>,
     /// The rolling spring (rad).
@@ -104,6 +111,8 @@ pub struct Touching {
 #[derive(Clone, Debug)]
 pub struct Contacts {
     materials: Vec<usize>,
+    /// Convex parts in all.
+    parts: usize,
     /// Their numbers in the case.
     ids: Vec<usize>,
     walls: Vec<Wall>,
@@ -129,6 +138,8 @@ pub struct Contacts {
     clusters: Clusters,
     /// Of the substep.
     tangential_forces: Vec<TangentialForce>,
+    /// Per body that is not round, its pose in the middle of the substep.
+    poses: Vec<Pose>,
     /// Per body, its way since the search when the next substep is done (m), and by how much it has
     /// turned in the step (rad).
     reach: Vec<f64>,
@@ -160,7 +171,9 @@ impl Contacts {
         substeps: Substeps,
     ) -> Contacts {
         let n = bodies.len();
+        let parts = bodies.iter().map(|body| body.parts().len().max(1)).sum::<usize>();
         Contacts {
+            parts,
             ids: bodies.iter().map(|body| body.id).collect(),
             materials,
             walls,
@@ -169,16 +182,17 @@ impl Contacts {
             periods,
             substeps,
             neighbours: Neighbours::new(bodies, size, periods),
-            pairs: Vec::with_capacity(8 * n),
-            old: Vec::with_capacity(8 * n),
+            pairs: Vec::with_capacity(8 * parts),
+            old: Vec::with_capacity(8 * parts),
             inverse_masses: vec![RIGID; n],
             damping: vec![0.0; n],
             travelled: vec![0.0; n],
             search_radius: vec![0.0; n],
             paired: vec![false; n],
             loads: vec![Impulse::default(); n],
-            tangential_forces: Vec::with_capacity(8 * n),
-            constraints: Vec::with_capacity(8 * n),
+            tangential_forces: Vec::with_capacity(8 * parts),
+            constraints: Vec::with_capacity(8 * parts),
+            poses: vec![Pose::default(); n],
             clusters: Clusters::new(n),
             reach: vec![0.0; n],
             turned: vec![Vector3::zeros(); n],
@@ -219,7 +233,7 @@ impl Contacts {
 
     /// Nothing touches yet.
     pub fn untouched(&self) -> Touching {
-        Touching { springs: Vec::with_capacity(8 * self.materials.len()) }
+        Touching { springs: Vec::with_capacity(8 * self.parts) }
     }
 
     /// Effective mass of a body in contact (kg): its own, and a part of its added mass that grows
@@ -280,7 +294,8 @@ impl Contacts {
         touching.springs.clear();
         let sustained = self.pairs.iter().filter_map(|p| {
             let image = p.image + crossed(bodies, p.first, p.second, &self.periods);
-            Some((p.first, p.second, Springs { image, tangential: p.spring?, rolling: p.rolled }))
+            let (parts, rolling) = (p.parts, p.rolled);
+            Some((p.first, p.second, Springs { image, parts, tangential: p.spring?, rolling }))
         });
         touching.springs.extend(sustained);
         Ok(taken)
@@ -304,6 +319,7 @@ impl Contacts {
         self.pairs.extend(kept.map(|&(i, j, springs)| Pair {
             spring: Some(springs.tangential),
             rolled: springs.rolling,
+            parts: springs.parts,
             ..Pair::new(i, j, springs.image - crossed(bodies, i, j, periods))
         }));
         self.impulses.fill(Impulse::default());
@@ -349,8 +365,10 @@ impl Contacts {
 
 impl Checkpointed for Springs {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Springs { image, tangential, rolling } = self;
-        archive.serialize([image, tangential, rolling])
+        let Springs { image, parts: [first, second], tangential, rolling } = self;
+        archive.serialize([image, tangential, rolling])?;
+        first.serialize(archive)?;
+        second.serialize(archive)
     }
 }
 

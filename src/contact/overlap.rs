@@ -1,8 +1,8 @@
 //! Refusal of overlaps that are too deep, with what would have held them.
 
+use super::Contacts;
 use super::law::Kinematics;
 use super::pair::Pair;
-use super::{Contacts, DEEPEST_OVERLAP};
 use crate::Error;
 use crate::particles::Body;
 use nalgebra::Vector3;
@@ -35,46 +35,46 @@ impl Contacts {
         pair: &Pair,
         bodies: &[Body],
         kinematics: &Kinematics,
-        radius: f64,
+        (limit, radius): (f64, f64),
     ) -> Error {
         if let Some((k, axis, velocity)) = self.driven_on(pair, bodies, kinematics) {
             return Error::Run(format!(
-                "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {} is the limit: \
+                "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {:.2} is the limit: \
                 particle {} goes on along {} at {velocity:.3e} m/s, \
                  which is locked, so that nothing stops it; unlock that axis, give it no velocity \
                  along it, or end the run before",
                 self.name(pair),
                 kinematics.overlap,
                 kinematics.overlap / radius,
-                DEEPEST_OVERLAP,
+                limit / radius,
                 self.ids[k],
                 ["x", "y", "z"][axis],
             ));
         }
         let (overlap, law, mass) =
-            (kinematics.overlap, self.law(pair), 1.0 / kinematics.inverse_normal);
+            (kinematics.overlap, self.law(pair), kinematics.mass_of_overlap());
         let exponent = law.material.exponent;
-        // What strikes, or presses by what pushes the two, stopped at a fiftieth of the radius.
+        // What strikes, or presses by what pushes the two, stopped at a tenth of the limit.
         let accelerations = |k: usize| {
             self.inverse_masses
                 .get(k)
                 .map_or_else(Vector3::zeros, |inverse_mass| inverse_mass.accelerations.acceleration)
         };
         let (depth, pressed) =
-            (0.02 * radius, mass * (accelerations(pair.first) - accelerations(pair.second)).norm());
+            (0.1 * limit, mass * (accelerations(pair.first) - accelerations(pair.second)).norm());
         let energy = law.stored(overlap) + 0.5 * mass * kinematics.approach.powi(2);
         let enough = ((exponent + 1.0) * energy / depth.powf(exponent + 1.0))
             .max(pressed / depth.powf(exponent));
         Error::Run(format!(
-            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {} is the limit, at \
-            {:.3e} m/s: its \
+            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {:.2} is the \
+            limit, at {:.3e} m/s: its \
              stiffness is too small for what strikes or presses it; make the contact stiffer, \
              {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press \
              them together \
              no stiffness holds",
             self.name(pair),
             overlap / radius,
-            DEEPEST_OVERLAP,
+            limit / radius,
             kinematics.approach.abs(),
             enough.max(2.0 * law.material.normal_stiffness),
         ))

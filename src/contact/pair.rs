@@ -13,6 +13,8 @@ pub(super) struct Pair {
     /// Which image of the second body it is: whole periods from its path to that of the image,
     /// along each axis.
     pub(super) image: Vector3<f64>,
+    /// Which parts of both; 0 of round bodies and of walls.
+    pub(super) parts: [usize; 2],
     /// Tangential spring (m), while they touch, and that of their rolling (rad).
     pub(super) spring: Option<Vector3<f64>>,
     pub(super) rolled: Vector3<f64>,
@@ -46,6 +48,7 @@ impl Pair {
             first,
             second,
             image,
+            parts: [0; 2],
             spring: None,
             rolled: Vector3::zeros(),
             impulse: Vector3::zeros(),

@@ -19,7 +19,7 @@ impl Contacts {
     /// What an impulse (N m s) of contacts changes of a body's spin, with what turns with it
     /// (rad/s).
     pub(crate) fn turned_by(&self, body: usize, turn: &Vector3<f64>) -> Vector3<f64> {
-        self.inverse_masses[body].inertia.component_mul(turn)
+        self.inverse_masses[body].inertia.of(turn)
     }
 
     /// Takes note of what contacts gave beyond what [`advance`](Contacts::advance) found (N m s).
@@ -74,8 +74,7 @@ impl Contacts {
             let met = self.kinematics(pair, bodies, 0.0).0;
             // An approach by less than a thousandth of the radius while a contact lasts is no
             // impact.
-            let lasts =
-                self.law(pair).contact_time(1.0 / met.inverse_normal, met.approach.max(0.0));
+            let lasts = self.law(pair).contact_time(met.mass_of_overlap(), met.approach.max(0.0));
             let still =
                 met.approach <= 0.0 || met.approach * lasts < 1e-3 * bodies[pair.first].radius();
             let least = -self.medium.roughness.max(TOUCHING * bodies[pair.first].radius());
@@ -119,7 +118,7 @@ impl Contacts {
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
         for (body, &material) in bodies.iter().zip(&self.materials) {
             let (mass, count) = &mut lightest[material];
-            let own = self.mass_in_contact(body);
+            let own = self.mass_at_rim(body);
             *mass = mass.min(if body.freedom().is_some() { own } else { f64::INFINITY });
             *count += 1;
         }
@@ -138,6 +137,14 @@ impl Contacts {
             self.walls.iter().for_each(|wall| meet(a, wall.material, 1.0 / mass));
         }
         shortest
+    }
+
+    /// Least mass of a body that a contact may stop (kg), at its rim where it is not round.
+    fn mass_at_rim(&self, body: &Body) -> f64 {
+        let whole = self.mass_in_contact(body);
+        let Some(freedom) = body.freedom().filter(|_| !body.is_round()) else { return whole };
+        let turns = body.inertia().inverse(&freedom).diagonal().max() * body.radius().powi(2);
+        1.0 / (1.0 / whole + turns)
     }
 
     /// Refuses what no run of this case has left.

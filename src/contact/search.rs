@@ -1,6 +1,7 @@
 //! The pairs that could meet, and bodies that are where none may be.
 
 use super::law::Law;
+use super::meeting::InverseMass;
 use super::pair::{Pair, crossed};
 use super::{Contacts, Wall};
 use crate::error::NotFinite;
@@ -16,6 +17,7 @@ impl Contacts {
         for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {
             let way =
                 (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * time) * time;
+            let way = way + self.rim_way(body, inverse_mass, time);
             self.search_radius[i] = 0.5 * self.medium.range(&self.numerics)
                 + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
             farthest = farthest.max(body.radius() + self.search_radius[i]);
@@ -34,31 +36,50 @@ impl Contacts {
             let mine = rest.iter().take_while(|p| p.first == i).count();
             let (before, after) = rest.split_at(mine);
             rest = after;
-            let kept = |j, image| {
-                let old = before.iter().find(|p| p.second == j && p.image == image).copied();
-                Pair { clear: 0.0, ..old.unwrap_or(Pair::new(i, j, image)) }
+            let kept = |j, image, parts| {
+                let same = |p: &&Pair| p.second == j && p.image == image && p.parts == parts;
+                let new = Pair { parts, ..Pair::new(i, j, image) };
+                Pair { clear: 0.0, ..before.iter().find(same).copied().unwrap_or(new) }
             };
             let periods = &self.periods;
             let (pairs, paired) = (&mut self.pairs, &mut self.paired);
             let begin = pairs.len();
-            self.neighbours.around(i, bodies, &self.search_radius, |j, image| {
-                if free(i) || free(j) {
-                    pairs.push(kept(j, image - crossed(bodies, i, j, periods)));
-                    (paired[i], paired[j]) = (true, true);
+            let search_radius = &self.search_radius;
+            self.neighbours.around(i, bodies, search_radius, |j, image| {
+                if !free(i) && !free(j) {
+                    return;
                 }
+                let image = image - crossed(bodies, i, j, periods);
+                let apart = || Pair::new(i, j, image).apart(bodies, periods);
+                let reach = search_radius[i] + search_radius[j];
+                parts_near(body, &bodies[j], apart, reach, |parts| {
+                    pairs.push(kept(j, image, parts));
+                    (paired[i], paired[j]) = (true, true);
+                });
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
-                if wall.distance(&body.centre)
-                    <= body.radius()
-                        + 0.5 * self.medium.range(&self.numerics)
-                        + self.search_radius[i]
-                {
-                    pairs.push(kept(bodies.len() + w, Vector3::zeros()));
-                    paired[i] = true;
+                let reach = 0.5 * self.medium.range(&self.numerics) + self.search_radius[i];
+                if wall.distance(&body.centre) > body.radius() + reach {
+                    continue;
+                }
+                for (k, (place, radius)) in balls(body) {
+                    if wall.distance(&(body.centre + place)) <= radius + reach {
+                        pairs.push(kept(bodies.len() + w, Vector3::zeros(), [k, 0]));
+                        paired[i] = true;
+                    }
                 }
             }
             sort(&mut pairs[begin..], body, bodies, &self.walls, periods);
         }
+    }
+
+    /// How far the rim of a body that is not round may turn in `time` (m).
+    fn rim_way(&self, body: &Body, inverse_mass: &InverseMass, time: f64) -> f64 {
+        if body.is_round() {
+            return 0.0;
+        }
+        let spin = body.spin.norm() + 0.5 * inverse_mass.accelerations.angular.norm() * time;
+        (spin * time).min(std::f64::consts::TAU) * body.radius()
     }
 
     pub(super) fn law(&self, pair: &Pair) -> &Law {
@@ -108,6 +129,39 @@ impl Contacts {
     }
 }
 
+/// The spheres that hold the parts of a body: numbers, and centres from its own (m) with radii (m);
+/// of a round body itself.
+fn balls(body: &Body) -> impl Iterator<Item = (usize, (Vector3<f64>, f64))> {
+    let own = body.parts().is_empty().then(|| (0, (Vector3::zeros(), body.radius())));
+    let turn = body.orientation();
+    let parts = body.parts().iter().map(move |part| (turn * part.place, part.radius));
+    own.into_iter().chain(parts.enumerate())
+}
+
+/// Calls `take` with the parts of two bodies in reach of each other, whose centres are `apart` (m)
+/// and whose spheres are in reach.
+fn parts_near(
+    body: &Body,
+    other: &Body,
+    apart: impl Fn() -> Vector3<f64>,
+    reach: f64,
+    mut take: impl FnMut([usize; 2]),
+) {
+    if body.is_round() && other.is_round() {
+        take([0; 2]);
+        return;
+    }
+    let apart = apart();
+    for (k, (place, radius)) in balls(body) {
+        for (l, (its_place, its_radius)) in balls(other) {
+            let way = apart + its_place - place;
+            if way.norm() <= radius + its_radius + reach {
+                take([k, l]);
+            }
+        }
+    }
+}
+
 /// Sorts the pairs of a `body`, which act one after the other: bodies by number, their images and
 /// walls by distance, in an order that no mirror changes.
 fn sort(
@@ -121,10 +175,10 @@ fn sort(
         pair.second.checked_sub(bodies.len()).map(|wall| walls[wall].distance(&body.centre))
     };
     let ordered = |one: &Pair, other: &Pair| match (away(one), away(other)) {
-        (Some(near), Some(far)) => near.total_cmp(&far),
+        (Some(near), Some(far)) => near.total_cmp(&far).then(one.parts.cmp(&other.parts)),
         (None, None) if one.second == other.second => {
             let [near, far] = [one, other].map(|pair| pair.apart(bodies, periods).norm_squared());
-            near.total_cmp(&far)
+            near.total_cmp(&far).then(one.parts.cmp(&other.parts))
         }
         _ => one.second.cmp(&other.second),
     };

@@ -10,12 +10,14 @@
 //!              of a fall through the box L with a = |m - m_f| g/(m + m_f/2), at most the
 //!                                                  terminal speed v_t of a body alone
 //! ```
-//! with d the deepest overlap allowed: 1 % of the smallest diameter.
+//! with d the deepest overlap allowed: 1 % of the smallest diameter, of parts with a skin less
+//! ([`Part::contact_radius`]).
 
 use super::Medium;
 use crate::drag::terminal_speed;
 use crate::numerics::Numerics;
 use crate::particles::Body;
+use mics_shapes::Part;
 use nalgebra::Vector3;
 
 /// The hardest impact that bodies may have.
@@ -43,11 +45,11 @@ impl Impact {
         numerics: &Numerics,
     ) -> Impact {
         let &Medium { density, viscosity, .. } = fluid;
-        let smallest = bodies.iter().fold(f64::INFINITY, |least, b| least.min(2.0 * b.radius()));
+        let smallest = bodies.iter().flat_map(contact_radii).fold(f64::INFINITY, f64::min);
         let length =
             (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
         let (mut speeds, mut impact) = ([0.0f64; 2], Impact::default());
-        impact.depth = numerics.auto_overlap * smallest;
+        impact.depth = 2.0 * numerics.auto_overlap * smallest;
         for body in bodies {
             let (mut speed, volume) =
                 (body.velocity.norm().max(body.speed()).max(flow), body.volume());
@@ -89,6 +91,12 @@ impl Impact {
         let power = exponent + 1.0;
         (0.5 * power * self.mass * self.speed * self.speed / stiffness).powf(1.0 / power)
     }
+}
+
+/// Radii that overlaps of a body count in (m): its own, or those of its parts.
+fn contact_radii(body: &Body) -> impl Iterator<Item = f64> {
+    let round = body.parts().is_empty().then(|| body.radius());
+    round.into_iter().chain(body.parts().iter().map(Part::contact_radius))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::law::Kinematics;
 use super::meeting::Meeting;
 use super::pair::Pair;
-use super::{Contacts, DEEPEST_OVERLAP, Impulse};
+use super::{Contacts, Impulse};
 use crate::Result;
 use crate::particles::{Accelerations, Body, Motion};
 use nalgebra::Vector3;
@@ -30,8 +30,9 @@ impl Contacts {
     fn load(&mut self, bodies: &[Body], h: f64) -> Result<()> {
         self.loads.fill(Impulse::default());
         self.tangential_forces.clear();
+        self.turn_to_middle(bodies, h);
         for (i, body) in bodies.iter().enumerate().filter(|(i, _)| self.paired[*i]) {
-            self.reach[i] = self.travelled[i] + h * body.velocity.norm();
+            self.reach[i] = self.travelled[i] + h * (body.velocity.norm() + rim_speed(body));
         }
         for p in 0..self.pairs.len() {
             let reach = Self::together(&self.pairs[p], &self.reach);
@@ -60,16 +61,13 @@ impl Contacts {
     fn press(&mut self, p: usize, bodies: &[Body], h: f64, meeting: &Meeting) -> Result<()> {
         let mut pair = self.pairs[p];
         let (kinematics, arms) = (self.kinematics_at(&pair, bodies, h, meeting), meeting.arms);
-        let radius = bodies
-            .get(pair.second)
-            .map_or(f64::INFINITY, |b| b.radius())
-            .min(bodies[pair.first].radius());
+        let (limit, radius) = self.deepest_allowed(&pair, bodies);
         self.deepest = self.deepest.max(kinematics.overlap);
-        if kinematics.overlap > DEEPEST_OVERLAP * radius {
-            return Err(self.too_deep(&pair, bodies, &kinematics, radius));
+        if kinematics.overlap > limit {
+            return Err(self.too_deep(&pair, bodies, &kinematics, (limit, radius)));
         }
         let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
-        let rolling = self.resist_rolling(&mut pair, bodies, &kinematics, arms, normal);
+        let rolling = self.resist_turning(&mut pair, bodies, (&kinematics, meeting), normal);
         pair.normal += h * normal;
         pair.tangential += h * tangential;
         pair.touched += if normal > 0.0 { h } else { 0.0 };
@@ -78,9 +76,8 @@ impl Contacts {
             (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE)) / self.numerics.sliding_onset;
         pair.normal_impulse += h * normal;
         pair.stuck += h * normal * held.clamp(0.0, 1.0);
-        let (force, turn) =
-            (tangential - normal * kinematics.normal, kinematics.normal.cross(&tangential));
-        let turns = [arms[0] * turn + rolling, arms[1] * turn - rolling];
+        let force = tangential - normal * kinematics.normal;
+        let turns = [arms[0].cross(&force) + rolling, -arms[1].cross(&force) - rolling];
         pair.add(h * force, turns.map(|turn| h * turn));
         self.pairs[p] = pair;
         if normal > 0.0 {
@@ -119,12 +116,12 @@ impl Contacts {
             let Some(body) = bodies.get(k) else { return zero() };
             let (load, inverse_mass, half) =
                 (&self.loads[k], &self.inverse_masses[k], 0.5 * kinematics.h);
-            let turned = half * inverse_mass.inertia.component_mul(&load.angular);
+            let turned = half * inverse_mass.inertia.of(&load.angular);
             let spin = body.spin + half * inverse_mass.accelerations.angular + turned;
             (half * inverse_mass.mass.component_mul(&load.linear), turned, spin)
         };
         let ((moved, turned, spin), (other, its, its_spin)) = (mean(pair.first), mean(pair.second));
-        let turned = (arms[0] * turned + arms[1] * its).cross(&kinematics.normal);
+        let turned = turned.cross(&arms[0]) - its.cross(&arms[1]);
         let slip =
             kinematics.slip + 0.5 * kinematics.h * kinematics.push_slip + (moved - other) + turned;
         force.dot(&slip) + torque.dot(&(spin - its_spin))
@@ -151,13 +148,14 @@ impl Contacts {
                 acceleration: inverse_mass.accelerations.acceleration
                     + inverse_mass.mass.component_mul(&load.linear),
                 angular: inverse_mass.accelerations.angular
-                    + inverse_mass.inertia.component_mul(&load.angular),
+                    + inverse_mass.inertia.of(&load.angular),
             };
             let (way, turned) = travel(body, &accelerations, h, &self.periods);
             self.travelled[i] += way;
             self.turned[i] += turned;
-            let next =
-                (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * h) * h;
+            let next = (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * h)
+                * h
+                + rim_speed(body) * h;
             within &= self.travelled[i] + next <= self.search_radius[i];
         }
         within
@@ -181,7 +179,12 @@ pub(super) struct TangentialForce {
     force: Vector3<f64>,
     torque: Vector3<f64>,
     kinematics: Kinematics,
-    arms: [f64; 2],
+    arms: [Vector3<f64>; 2],
+}
+
+/// Speed (m/s) at which a body's turning moves its rim: nothing of a round one.
+pub(super) fn rim_speed(body: &Body) -> f64 {
+    if body.is_round() { 0.0 } else { body.spin.norm() * body.radius() }
 }
 
 /// Moves a body by `h` (s) under accelerations that last; the way it goes (m), and by what it is to
@@ -195,11 +198,11 @@ fn travel(
     if body.motion == Motion::Fixed {
         return (0.0, Vector3::zeros());
     }
-    let free = body.freedom().is_some();
+    let (free, rim) = (body.freedom().is_some(), rim_speed(body));
     let speed = if free {
         (body.velocity + 0.5 * h * accelerations.acceleration).norm()
     } else {
         body.speed()
     };
-    (speed * h, body.shift(h, accelerations, periods))
+    ((speed + rim) * h, body.shift(h, accelerations, periods))
 }

@@ -4,6 +4,8 @@ mod correction;
 mod crowd;
 mod friction;
 mod gaps;
+mod shapes;
+mod solids;
 
 use super::law::{Law, integrated_restitution};
 use super::*;

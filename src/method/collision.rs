@@ -1,7 +1,7 @@
 //! Where bodies may not go.
 
 use crate::domain::Domain;
-use crate::particles::{Body, nearest_image};
+use crate::particles::{Body, gap, nearest_image};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 
@@ -58,6 +58,10 @@ pub(crate) fn refuse_collisions<const D: usize>(
 fn overlap(body: &Body, other: &Body, apart: &Vector3<f64>) -> bool {
     if body.shape().is_round() && other.shape().is_round() {
         return true;
+    }
+    let has_parts = |body: &Body| body.is_round() || !body.parts().is_empty();
+    if has_parts(body) && has_parts(other) {
+        return gap(body, other, apart).1 <= 1e-9 * body.radius().min(other.radius());
     }
     // From one to the nearest point of the other and back: between convex bodies this ends at their
     // gap, or within both.

@@ -4,6 +4,7 @@ use super::Inertia;
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::geometry::{Orientation, Placed, Shape};
+use mics_shapes::Part;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -87,8 +88,9 @@ pub struct Body {
     /// Its number in the case, which lasts when others leave.
     pub id: usize,
     shape: Arc<dyn Shape>,
-    /// The shape's, at hand for searches.
+    /// The shape's, at hand for searches, and whether it is round.
     radius: f64,
+    round: bool,
     /// Density (kg/m3).
     pub density: f64,
     /// Viscosity that its inside lends to the mixture (Pa s).
@@ -121,6 +123,7 @@ impl Body {
         Body {
             id: 0,
             radius: shape.radius(),
+            round: shape.is_round(),
             shape,
             density,
             viscosity,
@@ -154,10 +157,23 @@ impl Body {
         }
     }
 
+    /// Whether it is round: its turning is not seen.
+    pub fn is_round(&self) -> bool {
+        self.round
+    }
+
+    /// How far it reaches from its centre along the axes of the box (m).
+    pub fn reach(&self) -> Vector3<f64> {
+        if self.round {
+            return Vector3::repeat(self.radius);
+        }
+        self.shape.bounds(&self.orientation())
+    }
+
     /// What brings its own axes into those of the box; of a round body, which does not show it,
     /// nothing.
     pub fn orientation(&self) -> Orientation {
-        if self.shape.is_round() {
+        if self.round {
             return Orientation::identity();
         }
         // Many small turns wear its length off.
@@ -189,7 +205,7 @@ impl Body {
     /// Moments of inertia about the centre (kg m2).
     pub fn inertia(&self) -> Inertia {
         let own = self.shape.inertia(self.mass());
-        if self.shape.is_round() {
+        if self.round {
             return Inertia::Same(own[(2, 2)]);
         }
         let orientation = self.orientation();
@@ -214,7 +230,7 @@ impl Body {
     /// Whether what it fills changes, or can: by its place, or, unless it is round, by how it is
     /// turned.
     pub fn moves(&self) -> bool {
-        let turns = || self.spin != Vector3::zeros() && !self.shape.is_round();
+        let turns = || self.spin != Vector3::zeros() && !self.round;
         match self.motion {
             Motion::Free(_) | Motion::Prescribed(Some(_)) => true,
             Motion::Prescribed(None) => self.velocity != Vector3::zeros() || turns(),
@@ -225,20 +241,35 @@ impl Body {
     /// Moves the body on by `dt` (s) under accelerations that last, or as prescribed; `periods` are
     /// the lengths of the periodic axes (m).
     pub fn advance(&mut self, dt: f64, accelerations: &Accelerations, periods: &[Option<f64>; 3]) {
-        let turned = self.shift(dt, accelerations, periods);
-        self.rotate(&turned);
+        self.translate(dt, accelerations, periods);
+        self.turn(dt, &accelerations.angular);
     }
 
-    /// The same but for its orientation: by the vector that is returned (rad), which is
-    /// [`Body::rotate`]'s, at once or summed up.
+    /// The same but for the orientation of a round body: by the vector that is returned (rad),
+    /// which is [`Body::rotate`]'s, at once or summed up; nothing of others.
     pub fn shift(
         &mut self,
         dt: f64,
         accelerations: &Accelerations,
         periods: &[Option<f64>; 3],
     ) -> Vector3<f64> {
+        if self.motion == Motion::Fixed {
+            return Vector3::zeros();
+        }
+        self.translate(dt, accelerations, periods);
+        if !self.round {
+            self.turn(dt, &accelerations.angular);
+            return Vector3::zeros();
+        }
+        let turned = (self.spin + 0.5 * dt * accelerations.angular) * dt;
+        self.spin += dt * accelerations.angular;
+        turned
+    }
+
+    /// Moves its centre on by `dt` (s), and changes its velocity.
+    fn translate(&mut self, dt: f64, accelerations: &Accelerations, periods: &[Option<f64>; 3]) {
         match &mut self.motion {
-            Motion::Fixed => return Vector3::zeros(),
+            Motion::Fixed => return,
             Motion::Prescribed(Some(path)) => {
                 path.time += dt;
                 self.crossed = Vector3::zeros();
@@ -249,10 +280,7 @@ impl Body {
                 self.velocity += dt * accelerations.acceleration;
             }
         }
-        let turned = (self.spin + 0.5 * dt * accelerations.angular) * dt;
-        self.spin += dt * accelerations.angular;
         self.displace(&Vector3::zeros(), periods);
-        turned
     }
 
     /// Displaces it by a way (m), back into the box along the axes that are periodic.
@@ -284,6 +312,11 @@ impl Body {
         } else {
             self.velocity.norm()
         }
+    }
+
+    /// Its convex parts, which contacts see; none of a round body.
+    pub fn parts(&self) -> &[Part] {
+        self.shape.parts()
     }
 
     /// Fastest point of the body (m/s).
@@ -321,6 +354,7 @@ impl Checkpointed for Body {
             motion,
             shape: _,
             radius: _,
+            round: _,
             density: _,
             viscosity: _,
         } = self;

@@ -22,15 +22,6 @@ impl Inertia {
         }
     }
 
-    /// What keeps a spin as it is while the body turns by it (N m): its angular momentum turns
-    /// along.
-    pub fn precession(&self, spin: &Vector3<f64>) -> Vector3<f64> {
-        match self {
-            Inertia::Same(_) => Vector3::zeros(),
-            Inertia::Tensor(i) => spin.cross(&(i * spin)),
-        }
-    }
-
     /// Moment about the axis x, y or z (kg m2).
     pub fn about(&self, axis: usize) -> f64 {
         match self {

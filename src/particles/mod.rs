@@ -4,9 +4,12 @@
 //! Bodies are three-dimensional always; in 2D a disc is a body of unit depth.
 
 pub mod body;
+mod gap;
 mod inertia;
 mod neighbours;
+mod rotation;
 
 pub use body::{Accelerations, Body, Freedom, Motion, Oscillation, all_fixed, nearest_image};
+pub use gap::gap;
 pub use inertia::Inertia;
 pub(crate) use neighbours::Neighbours;

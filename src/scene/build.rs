@@ -207,9 +207,8 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
             format!("its shape has {dimension} dimensions, and the case {D}")
         } else if let Some(axis) = outside {
             format!("its centre is outside the box along {}", ["x", "y", "z"][axis])
-        } else if case.contact.is_some() && !round {
-            "contacts of bodies that are not round are not there yet: take [contact] out of the \
-            case"
+        } else if case.contact.is_some() && !round && body.parts().is_empty() {
+            "its shape has no convex parts that contacts could see: take [contact] out of the case"
                 .into()
         } else if polygon && !round {
             "coupling.fraction = \"polygon\" is for discs: choose \"exact\"".into()

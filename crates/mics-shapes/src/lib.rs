@@ -15,6 +15,7 @@ mod ball;
 mod clump;
 mod convex;
 mod disc;
+mod distance;
 mod ellipse;
 mod ellipsoid;
 mod facets;
@@ -26,10 +27,14 @@ mod polyhedron;
 mod scaled;
 #[cfg(test)]
 mod scatter;
+mod simplex;
+mod smooth;
 pub mod stl;
 mod superquadric;
+mod touch;
 
 pub use clump::Clump;
+pub use distance::{Closest, Pose, closest};
 pub use ellipse::Ellipse;
 pub use ellipsoid::Ellipsoid;
 pub use part::{Core, Face, Part, Polytope};
@@ -37,6 +42,7 @@ pub use polygon::Polygon;
 pub use polyhedron::Polyhedron;
 pub use scaled::Scaled;
 pub use superquadric::Superquadric;
+pub use touch::{Touch, touch, touch_plane};
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -10,7 +10,11 @@
 //! Of a body with sharp edges, or of a curved one, the core is the body less a thin skin, the
 //! rounding: its faces stay where they are, and its edges are rounded.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
+
+/// Radius of a ball that contacts may press in as deep as into a skin (of its thickness): overlaps
+/// are a fiftieth of the radius.
+const SKINS: f64 = 20.0;
 
 /// A convex part, in the own axes of its body.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +27,20 @@ pub struct Part {
     pub rounding: f64,
     /// Radius of the sphere about `place` that holds all of the part (m).
     pub radius: f64,
+}
+
+impl Part {
+    /// A ball about a place (m) of this radius (m); a disc in 2D.
+    pub fn ball(place: Vector3<f64>, radius: f64) -> Part {
+        Part { place, core: Core::Point, rounding: radius, radius }
+    }
+
+    /// Radius of a ball that contacts may press in as deep (m): that of a ball itself, and else
+    /// such that its overlaps leave the cores apart.
+    pub fn contact_radius(&self) -> f64 {
+        let skins = if self.core == Core::Point { 1.0 } else { SKINS };
+        (skins * self.rounding).min(self.radius)
+    }
 }
 
 /// A convex core, about its own origin; in 2D all of it lies in the plane z = 0.
@@ -87,11 +105,72 @@ impl Core {
             }
         }
     }
+
+    /// How the support point moves with the direction `n` (m): the second derivatives of how far
+    /// the core reaches along it, of which those across `n` are its radii of curvature. Zero of
+    /// polytopes, where edges are sharp.
+    pub fn bend(&self, n: &Vector3<f64>) -> Matrix3<f64> {
+        let (half, inset, own) = match self {
+            Core::Point | Core::Polytope(_) => return Matrix3::zeros(),
+            Core::Ellipsoid { half, inset } => (half, inset, bend_of(half, [2.0, 2.0], n)),
+            Core::Superquadric { half, exponents, inset } => {
+                (half, inset, bend_of(half, *exponents, n))
+            }
+        };
+        // In 2D nothing moves along z.
+        let mut across = Matrix3::identity() - n * n.transpose();
+        if half.z == 0.0 {
+            across[(2, 2)] = 0.0;
+        }
+        own - *inset * across
+    }
+}
+
+/// Second derivatives of how far a superquadric reaches: of the norm of a norm.
+fn bend_of(half: &Vector3<f64>, [p, q]: [f64; 2], n: &Vector3<f64>) -> Matrix3<f64> {
+    nested(half, [p / (p - 1.0), q / (q - 1.0)], n).2
+}
+
+/// `(|s_x x|^q + |s_y y|^q)^(1/q)` and `|s_z z|` by the norm of the exponent p: that, its gradient
+/// and its second derivatives by the place.
+pub(crate) fn nested(
+    scale: &Vector3<f64>,
+    [p, q]: [f64; 2],
+    place: &Vector3<f64>,
+) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let w = scale.component_mul(place);
+    let least = 1e-12 * w.norm();
+    let at = w.map(|x| x.abs().max(least));
+    // First and second derivatives of `(u^r + v^r)^(1/r)`.
+    let norm = |u: f64, v: f64, r: f64| {
+        let whole = (u.powf(r) + v.powf(r)).powf(1.0 / r);
+        let (a, b) = (u / whole, v / whole);
+        let second = (r - 1.0) / whole;
+        let mixed = -second * (a * b).powf(r - 1.0);
+        let own = |a: f64, b: f64| second * a.powf(r - 2.0) * b.powf(r);
+        (whole, [a.powf(r - 1.0), b.powf(r - 1.0)], [own(a, b), mixed, own(b, a)])
+    };
+    let (section, [sx, sy], [sxx, sxy, syy]) = norm(at.x, at.y, q);
+    let (whole, [hs, hz], [hss, hsz, hzz]) = norm(section, at.z, p);
+    let slope = Vector3::new(sx, sy, 0.0);
+    let mut bend = hss * slope * slope.transpose();
+    bend[(0, 0)] += hs * sxx;
+    bend[(0, 1)] += hs * sxy;
+    bend[(1, 0)] += hs * sxy;
+    bend[(1, 1)] += hs * syy;
+    for (a, s) in [(0, sx), (1, sy)] {
+        bend[(a, 2)] += hsz * s;
+        bend[(2, a)] += hsz * s;
+    }
+    bend[(2, 2)] += hzz;
+    let signed = scale.zip_map(place, |scale, x| scale.copysign(x));
+    let gradient = Vector3::new(hs * sx, hs * sy, hz).component_mul(&signed);
+    (whole, gradient, Matrix3::from_fn(|i, j| signed[i] * bend[(i, j)] * signed[j]))
 }
 
 /// Support point of the superquadric `(|x/a|^q + |y/b|^q)^(p/q) + |z/c|^p <= 1`: by Hoelder's
-/// inequality, with the dual exponents `p' = p/(p - 1)`, `q' = q/(q - 1)` of the direction scaled by
-/// the half axes.
+/// inequality, with the dual exponents `p' = p/(p - 1)`, `q' = q/(q - 1)` of the direction scaled
+/// by the half axes.
 fn superquadric(half: &Vector3<f64>, [p, q]: [f64; 2], n: &Vector3<f64>) -> Vector3<f64> {
     let w = half.component_mul(n);
     // In the section: the unit vector of the q norm along which w is largest, and that value.

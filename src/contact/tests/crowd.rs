@@ -3,16 +3,16 @@
 use super::*;
 
 /// Numbers in [0, 1), the same every time.
-struct Dice(u64);
+pub struct Dice(pub u64);
 
 impl Dice {
-    fn roll(&mut self) -> f64 {
+    pub fn roll(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn about_zero(&mut self) -> f64 {
+    pub fn about_zero(&mut self) -> f64 {
         2.0 * self.roll() - 1.0
     }
 }

@@ -167,8 +167,7 @@ impl<const D: usize> Mics2003<D> {
                         (acceleration, angular, choices.own_gravity)
                     }
                     Driver::Literal => {
-                        let turning = torque - body.inertia().precession(&spin);
-                        let angular = body.inertia().inverse_mass(&turning, &freedom);
+                        let angular = body.inertia().inverse_mass(&torque, &freedom);
                         (force / body.mass(), angular, choices.own_gravity + choices.field_gravity)
                     }
                 };
@@ -250,10 +249,13 @@ impl<const D: usize> Mics2003<D> {
                         moments.spin -= angular;
                         moments.rigid_motion(&freedom, (velocity, spin))
                     }
-                    Driver::Literal => (
-                        velocity + dt * accelerations[k].acceleration,
-                        spin + dt * accelerations[k].angular,
-                    ),
+                    Driver::Literal => {
+                        // The same angular momentum is another spin once it has turned.
+                        let kept = departure.turned - body.inertia().of(&spin);
+                        let turned = body.inertia().inverse_mass(&kept, &freedom);
+                        let Accelerations { acceleration, angular } = accelerations[k];
+                        (velocity + dt * acceleration, spin + dt * angular + turned)
+                    }
                 };
             },
         )?;

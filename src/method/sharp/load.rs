@@ -13,7 +13,7 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::{BoundaryKind, Grid, VectorField};
 use crate::method::vector;
-use crate::particles::{Body, nearest_image};
+use crate::particles::{Body, gap, nearest_image};
 use crate::petsc::LogStage;
 use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::Vector3;
@@ -249,18 +249,16 @@ impl<const D: usize> Sharp<D> {
     }
 
     /// Takes from what pressure and wall shear miss the part that two bodies with a gap between
-    /// them that the grid does not resolve would do to each other along the line of their centres,
-    /// or a wall to a body: whose it is of what the fluid lost there the cells cannot tell, and
-    /// taken in with a delay it would be spurious work. The sum of a pair's stays.
+    /// them that the grid does not resolve would do to each other along the line between their
+    /// nearest points, or a wall to a body: whose it is of what the fluid lost there the cells
+    /// cannot tell, and taken in with a delay it would be spurious work. The sum of a pair's stays.
     fn share_force_defect(&mut self, domain: &Domain<D>, bodies: &[Body]) {
         let (cut, motions) = (&self.cut, &mut self.motions);
         self.passed_on = Vector3::zeros();
         for i in 0..bodies.len() {
             for &j in cut.near.near[i].iter().filter(|j| **j > i) {
                 let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &cut.periods);
-                let distance = apart.norm();
-                let (n, gap) =
-                    (apart / distance, distance - bodies[i].radius() - bodies[j].radius());
+                let (n, gap) = gap(&bodies[i], &bodies[j], &apart);
                 let share = Shares::of(gap / cut.h, &domain.numerics).across;
                 let free = [i, j].map(|k| bodies[k].freedom().is_some());
                 let along = share * (motions[i].force_defect - motions[j].force_defect).dot(&n);
@@ -276,6 +274,7 @@ impl<const D: usize> Sharp<D> {
                 // Nothing of a free pair; else it is left to what holds the other.
                 self.passed_on += (of_i + of_j) * n;
             }
+            let reach = bodies[i].reach();
             for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
                 let spans = match domain.boundaries.kinds[a][side] {
                     Some(BoundaryKind::Velocity(_)) => 1.0,
@@ -285,10 +284,9 @@ impl<const D: usize> Sharp<D> {
                 };
                 let centre = bodies[i].centre[a];
                 let distance = if side == 0 { centre } else { domain.grid.size[a] - centre };
-                let share =
-                    Shares::of(spans * (distance - bodies[i].radius()) / cut.h, &domain.numerics)
-                        .across
-                        * motions[i].force_defect[a];
+                let share = Shares::of(spans * (distance - reach[a]) / cut.h, &domain.numerics)
+                    .across
+                    * motions[i].force_defect[a];
                 motions[i].force_defect[a] -= share;
                 self.passed_on[a] += share;
             }

@@ -244,11 +244,14 @@ impl<const D: usize> Sharp<D> {
                 let mass = contacts.map_or(body.mass(), |contacts| contacts.mass_in_contact(body));
                 body.velocity - impulse.linear / mass
             });
+            // Nor does what the spin changes by as the angular momentum turns along: bodies do that
+            // by themselves as they move.
+            let kept = motion.angular_momentum - body.inertia().of(&motion.start.1);
             histories[k].accelerations = Accelerations {
                 acceleration: (without - motion.start.0) / dt,
                 angular: (body.spin
                     - motion.start.1
-                    - inertia.inverse_mass(&impulse.angular, &freedom))
+                    - inertia.inverse_mass(&(impulse.angular + kept), &freedom))
                     / dt,
             };
         }

@@ -292,9 +292,9 @@ fn overlap_is_of_surfaces_not_of_bounding_spheres() {
         )
     };
     assert!(loaded(&text(2, &two(0.021)), &[]).is_ok(), "side by side");
-    let (key, why) = refusal(&text(2, &two(0.018)), &[]);
+    let (key, why) = refusal(&text(2, &two(0.0195)), &[]);
     assert_eq!(key, "particle.1.position");
-    assert!(why.contains("particle 1 overlaps particle 0: one reaches 0.0019984 m"), "{why}");
+    assert!(why.contains("particle 1 overlaps particle 0: one reaches 0.0005 m"), "{why}");
     let within = two(0.03)
         + "[[particle]]\nshape = { disc = { diameter = 0.004 } }\nposition = \
         [0.12, 0.1]\n";

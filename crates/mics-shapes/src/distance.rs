@@ -1,0 +1,170 @@
+//! The nearest points of two convex parts.
+//!
+//! ```text
+//!        __                 n, length d          v = b - a of cores, by the algorithm of Gilbert,
+//!       /A \ a o--------o b /\                   Johnson and Keerthi: which corners, edges or
+//!       \__/               /B \                  faces of polytopes are nearest
+//! ```
+//! For smooth cores that is the start of Newton's method ([`crate::smooth`]). (parry3d's version of
+//! the algorithm stops at 5e-8 of the distance, which leaves 3e-4 of the normal near edges, and
+//! counts lengths in absolute terms.)
+
+use crate::part::{Core, Part};
+use crate::simplex::{Corner, Simplex};
+use crate::smooth::refine;
+use nalgebra::{Rotation3, Vector3};
+
+/// Most iterations.
+const MOST: usize = 100;
+/// Distance of cores, of the way between the parts' places, below which they overlap.
+pub(crate) const NONE: f64 = 1e-9;
+
+/// Where a body is and how it is turned.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Its centre (m).
+    pub place: Vector3<f64>,
+    /// What brings its own axes into those of the box.
+    pub orientation: Rotation3<f64>,
+}
+
+/// The nearest points of two parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// From the first to the second, of length 1.
+    pub normal: Vector3<f64>,
+    /// Between the surfaces (m), negative where they overlap.
+    pub distance: f64,
+    /// The nearest points of both cores (m).
+    pub points: [Vector3<f64>; 2],
+}
+
+/// A core at its place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed<'a> {
+    pub core: &'a Core,
+    pub orientation: &'a Rotation3<f64>,
+    /// Of the core's origin (m).
+    pub place: Vector3<f64>,
+}
+
+impl<'a> Placed<'a> {
+    /// The core of a part of a body there.
+    pub fn new(part: &'a Part, pose: &'a Pose) -> Placed<'a> {
+        let place = pose.place + pose.orientation * part.place;
+        Placed { core: &part.core, orientation: &pose.orientation, place }
+    }
+
+    /// A point of its own axes in those of the box (m).
+    pub fn at(&self, own: &Vector3<f64>) -> Vector3<f64> {
+        self.place + self.orientation * own
+    }
+
+    /// The point that lies furthest along `n` (m), and its number among the corners of a polytope.
+    pub fn support(&self, n: &Vector3<f64>) -> (Vector3<f64>, u32) {
+        let own = self.orientation.inverse_transform_vector(n);
+        if let Core::Polytope(polytope) = self.core {
+            let mut best = (f64::NEG_INFINITY, 0);
+            for (k, corner) in polytope.corners.iter().enumerate() {
+                let along = corner.dot(&own);
+                if along > best.0 {
+                    best = (along, k);
+                }
+            }
+            return (self.at(&polytope.corners[best.1]), best.1 as u32);
+        }
+        (self.at(&self.core.support(&own)), 0)
+    }
+
+    pub fn is_smooth(&self) -> bool {
+        matches!(self.core, Core::Ellipsoid { .. } | Core::Superquadric { .. })
+    }
+}
+
+/// The nearest points of two parts of bodies in these poses; `guess` is a direction from the first
+/// to the second, not zero. `None` where their cores overlap.
+pub fn closest(a: &Part, at: &Pose, b: &Part, to: &Pose, guess: &Vector3<f64>) -> Option<Closest> {
+    let cores = [Placed::new(a, at), Placed::new(b, to)];
+    let rounding = a.rounding + b.rounding;
+    if let (Core::Point, Core::Point) = (&a.core, &b.core) {
+        let way = cores[1].place - cores[0].place;
+        let normal = way.try_normalize(0.0)?;
+        let points = [cores[0].place, cores[1].place];
+        return Some(Closest { normal, distance: way.norm() - rounding, points });
+    }
+    let found = search(&cores, guess)?;
+    let found = match cores.iter().any(Placed::is_smooth) {
+        true => refine(&cores, &found),
+        false => flat(&found),
+    };
+    found.map(|found| Closest { distance: found.distance - rounding, ..found })
+}
+
+/// Finds the nearest corners, edges or faces of two cores, with a tolerance of the distance where
+/// they are smooth.
+fn search(cores: &[Placed<'_>; 2], guess: &Vector3<f64>) -> Option<Simplex> {
+    let smooth = cores.each_ref().map(|core| core.is_smooth());
+    let flat = cores.each_ref().map(|core| matches!(core.core, Core::Polytope(_)));
+    let tolerance = match (smooth, flat) {
+        ([false, false], _) => 1e-14,
+        // The feature of the polytope has to be right.
+        (_, [true, _] | [_, true]) => 3e-14,
+        _ => 1e-6,
+    };
+    let mut simplex = Simplex::default();
+    let mut way = guess.try_normalize(0.0).unwrap_or_else(Vector3::x);
+    let mut length = f64::INFINITY;
+    for _ in 0..MOST {
+        let ((p, i), (q, j)) = (cores[0].support(&way), cores[1].support(&-way));
+        let corner = Corner { points: [p, q], numbers: [i, j] };
+        let known = !smooth[0] && !smooth[1] && simplex.contains(corner.numbers);
+        let close = length - corner.way().dot(&way) <= tolerance * length;
+        if length.is_finite() && (known || close) {
+            break;
+        }
+        let next = simplex.add(corner);
+        let scale = corner.way().norm();
+        if next.norm() <= NONE * scale {
+            return None;
+        }
+        if next.norm() >= length * (1.0 - 1e-15) {
+            break;
+        }
+        length = next.norm();
+        way = next / length;
+    }
+    length.is_finite().then_some(simplex)
+}
+
+/// Two polytopes: the simplex is exact, its normal that of the corners that it has.
+fn flat(simplex: &Simplex) -> Option<Closest> {
+    let mut corners = simplex.corners().map(|(corner, _)| corner.way());
+    let first = corners.next()?;
+    let frame = Directions::of(corners.map(|way| way - first));
+    let way = frame.across(&frame.across(&first));
+    let distance = way.norm();
+    Some(Closest { normal: way.try_normalize(0.0)?, distance, points: simplex.points() })
+}
+
+/// Up to two directions of length 1, normal to each other.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Directions(pub [Vector3<f64>; 2]);
+
+impl Directions {
+    pub fn of(ways: impl Iterator<Item = Vector3<f64>>) -> Directions {
+        let (mut all, mut count) = (Directions::default(), 0);
+        for way in ways {
+            let across = all.across(&all.across(&way));
+            if count < 2 && across.norm() > 1e-10 * way.norm() {
+                all.0[count] = across.normalize();
+                count += 1;
+            }
+        }
+        all
+    }
+
+    /// The part of a vector across them.
+    pub fn across(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        v - self.0.iter().map(|d| v.dot(d) * d).sum::<Vector3<f64>>()
+    }
+}
