@@ -77,7 +77,10 @@ position = [0.1, 0.04, 0.04]
 orientation = { quaternion = [0.8, 0.0, 0.6, 0.0] }
 motion = { prescribed = { spin = [0.0, 5.0, 0.0] } }
 [[particle]]
-shape = { clump = { spheres = [{ at = [0, 0, 0], diameter = 0.02 }, { at = [0.01, 0, 0], diameter = 0.016 }] } }
+shape.clump.spheres = [
+    { at = [0, 0, 0], diameter = 0.02 },
+    { at = [0.01, 0, 0], diameter = 0.016 },
+]
 position = [0.135, 0.04, 0.04]
 density = 2650.0
 [time]
