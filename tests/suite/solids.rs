@@ -3,10 +3,10 @@
 
 use crate::allocation::count;
 use crate::ellipse::{PLANE, body, held, scene_of};
-use crate::support::{MIXING, PERIODIC, SHARP, box_case, case, petsc};
+use crate::support::{MIXING, PERIODIC, SHARP, box_case, case, petsc, thread_time};
 use mics::geometry::shapes::{Clump, Ellipse, Ellipsoid, Polygon, Polyhedron, Superquadric};
 use mics::geometry::{Disc, Shape, Solid, Sphere};
-use mics::particles::Body;
+use mics::particles::{Body, Motion};
 use mics::petsc::Session;
 use mics::scene::Scene;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -300,5 +300,57 @@ fn stokes_drag_of_shapes_over_sphere() {
             );
         }
     }
-    let _ = Sphere { radius: 1.0 };
+}
+
+/// Processor time of a step with 27 bodies of one shape that move, 12 cells across (s).
+fn step_time(session: &Session, shape: &Arc<dyn Shape>) -> f64 {
+    let more = "[initial]\nvelocity = [0.1, 0.0, 0.0]\n[pressure]\ndivergence_limit = 1e-6\n";
+    let text = format!(
+        "name = \"cost\"\ndomain = {{ size = [5.0, 5.0, 5.0], cells = [60, 60, 60] }}\n\
+         fluid = {{ density = 1.0, viscosity = 0.01 }}\ntime = {{ end = 1.0 }}\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", \
+         north = \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n{more}"
+    );
+    let at = |k: usize| {
+        let place = Vector3::new(k % 3, k / 3 % 3, k / 9).map(|i| i as f64);
+        let mut body = Body::new(shape.clone(), 1.0, 0.01, (place.add_scalar(0.5)) * (5.0 / 3.0));
+        body.motion = Motion::Prescribed(None);
+        (body.velocity, body.spin) = (Vector3::new(0.1, 0.02, 0.03), Vector3::new(0.2, 0.3, 0.1));
+        body.orientation = UnitQuaternion::from_scaled_axis(Vector3::new(1.0, 0.3, 0.2) * k as f64);
+        body
+    };
+    let bodies = (0..27).map(at).collect();
+    let mut scene: Scene<3> = Scene::with_bodies(session, &case(&text), bodies).unwrap();
+    (0..3).for_each(|_| _ = scene.step(0.02).unwrap());
+    let before = thread_time();
+    (0..5).for_each(|_| _ = scene.step(0.02).unwrap());
+    (thread_time() - before).as_secs_f64() / 5.0
+}
+
+#[test]
+#[ignore = "a minute"]
+fn cost_of_a_step_with_stones_over_spheres() {
+    let petsc = petsc();
+    let sphere: Arc<dyn Shape> = Arc::new(Sphere { radius: 0.5 });
+    let stone = |points: usize| {
+        let at = |k: usize| {
+            let n = Vector3::from_fn(|a, _| {
+                (12.9898 * (3 * k + a) as f64 + 4.1).sin() * 43758.5453 % 1.0
+            });
+            n.normalize().component_mul(&Vector3::new(0.6, 0.5, 0.42))
+        };
+        (0..points / 3).map(|k| [at(3 * k), at(3 * k + 1), at(3 * k + 2)]).collect::<Vec<_>>()
+    };
+    let own = step_time(&petsc.session, &sphere);
+    println!("spheres: {own:.3} s a step");
+    for (name, shape) in [
+        ("stones of 200 triangles", Solid::new(Polyhedron::new(&stone(102), 0.0).unwrap())),
+        ("the same rounded", Solid::new(Polyhedron::new(&stone(102), 0.03).unwrap())),
+        ("ellipsoids", Solid::new(Ellipsoid::new([1.2, 1.0, 0.84]))),
+        ("superquadrics", superquadric(5.0)),
+        ("dumbbells", dumbbell()),
+    ] {
+        let time = step_time(&petsc.session, &(Arc::new(shape) as Arc<dyn Shape>));
+        println!("{name}: {time:.3} s a step, {:.2} of spheres", time / own);
+    }
 }

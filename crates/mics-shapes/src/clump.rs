@@ -584,7 +584,7 @@ mod tests {
         let body = dumbbell(3, 1.0);
         // From the angle a to the axis on one ball: to the plane between at 0.5 - 0.5 cos a, and as
         // far again.
-        for a in [0.1f64, 0.5, 0.9] {
+        for a in [0.1f64, 0.3, 0.5] {
             let n = Vector3::new(a.cos(), a.sin(), 0.0);
             let foot = Vector3::new(-0.5, 0.0, 0.0) + 0.5 * n;
             let way = body.meets_itself(&foot, &n).unwrap();

@@ -98,6 +98,12 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// The nearest point of its surface; any of them where there are several.
     fn nearest(&self, point: &Vector3<f64>) -> Nearest;
 
+    /// Signed distance from the surface (m), or one nearer to zero where that is found sooner: what
+    /// lies further from the surface beyond doubt.
+    fn clearance(&self, point: &Vector3<f64>) -> f64 {
+        self.nearest(point).distance
+    }
+
     /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their
     /// areas sum to the surface's.
     fn surface(&self, spacing: f64) -> Vec<Patch>;
