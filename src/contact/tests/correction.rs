@@ -220,6 +220,34 @@ fn contacts_bring_no_energy_for_any_fluid_response() {
     }
 }
 
+/// Four bodies one on the other, the upper ones falling.
+fn stack(seed: u64, parts: bool, chance: &mut impl FnMut() -> f64) -> Vec<Body> {
+    let mut bodies = Vec::new();
+    let mut height = 0.0;
+    for k in 0..4 {
+        let radius = if (k + seed) % 2 == 0 { 0.01 } else { 0.01 / (2.0 + 4.0 * chance()) };
+        let place = vector![0.5 + 0.2 * radius * chance(), height + radius + 1e-5, 0.0];
+        let velocity = vector![0.0, if k == 0 { 0.0 } else { -0.1 * chance() }, 0.0];
+        let mut body = if parts {
+            let half = [radius, 0.7 * radius];
+            let shape = match k % 2 {
+                0 => solids::rectangle(half, 0.05 * radius),
+                _ => solids::ellipse(half, 0.05 * radius),
+            };
+            let mut body = solids::free(&shape, place, Vector3::z() * 3.0 * chance());
+            body.centre.y = height + body.reach().y + 1e-5;
+            body.velocity = velocity;
+            body
+        } else {
+            body(Shape::Disc, radius, place, velocity)
+        };
+        height = body.centre.y + body.reach().y;
+        body.density = if chance() < 0.5 { 1200.0 } else { 8000.0 };
+        bodies.push(body);
+    }
+    bodies
+}
+
 fn bring_no_energy(parts: bool) {
     let (mut largest, mut most, mut bounded, mut steps) = (0.0f64, 0.0f64, 0.0f64, 0);
     for seed in 0..60u64 {
@@ -230,29 +258,7 @@ fn bring_no_energy(parts: bool) {
             state ^= state << 17;
             (state >> 11) as f64 / (1u64 << 53) as f64
         };
-        let mut bodies = Vec::new();
-        let mut height = 0.0;
-        for k in 0..4 {
-            let radius = if (k + seed) % 2 == 0 { 0.01 } else { 0.01 / (2.0 + 4.0 * chance()) };
-            let place = vector![0.5 + 0.2 * radius * chance(), height + radius + 1e-5, 0.0];
-            height = place.y + radius;
-            let velocity = vector![0.0, if k == 0 { 0.0 } else { -0.1 * chance() }, 0.0];
-            let mut body = if parts {
-                let half = [radius, 0.7 * radius];
-                let shape = match k % 2 {
-                    0 => solids::rectangle(half, 0.05 * radius),
-                    _ => solids::ellipse(half, 0.05 * radius),
-                };
-                let turn = Vector3::z() * 3.0 * chance();
-                let mut body = solids::free(&shape, place, turn);
-                body.velocity = velocity;
-                body
-            } else {
-                body(Shape::Disc, radius, place, velocity)
-            };
-            body.density = if chance() < 0.5 { 1200.0 } else { 8000.0 };
-            bodies.push(body);
-        }
+        let mut bodies = stack(seed, parts, &mut chance);
         let friction = if seed % 2 == 0 { 0.0 } else { 0.4 };
         let law = contacts(
             &bodies,
