@@ -126,8 +126,8 @@ mod tests {
                 over += usize::from(along * last < 0.0 && along.abs() > 0.0);
                 last = along;
                 let gone = (body.inertia().of(&body.spin) - momentum).norm() / momentum.norm();
-                // By a rounding, always the same, in each half of a step.
-                rounded += 2.0 * f64::EPSILON;
+                // By some roundings, always alike, in each step.
+                rounded += 10.0 * f64::EPSILON;
                 assert!(gone < rounded, "{gone:e}");
             }
             let changed = (energy(&body) / start - 1.0).abs() / turns;
