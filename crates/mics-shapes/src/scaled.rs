@@ -73,6 +73,10 @@ impl Geometry for Scaled {
         Nearest { distance: self.factor * distance, normal }
     }
 
+    fn clearance(&self, point: &Vector3<f64>) -> f64 {
+        self.factor * self.base.clearance(&(point / self.factor))
+    }
+
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let area = self.power(self.dimension() - 1);
         let patch = |patch: Patch| Patch {
@@ -127,6 +131,7 @@ mod tests {
             let point = 2.0 * built.radius() * Vector3::new(at(1.0), at(2.0), flat * at(3.0));
             let [a, b] = [scaled.nearest(&point), built.nearest(&point)];
             near(a.distance, b.distance);
+            near(scaled.clearance(&point), built.clearance(&point));
             assert!((a.normal - b.normal).norm() < 1e-6, "{point} {a:?} {b:?}");
             let n = point.normalize();
             near(scaled.extent(&n), built.extent(&n));
