@@ -1,6 +1,6 @@
 //! Writes bodies as ParaView opens them ([`mics_run::bodies`]): first a point at each centre, then
-//! the surfaces of those that are not round. (Pieces of their own for these are misread by VTK, which
-//! leaves their points' numbers as they are.)
+//! the surfaces of those that are not round. (Pieces of their own for these are misread by VTK,
+//! which leaves their points' numbers as they are.)
 
 use crate::Result;
 use crate::particles::Body;

@@ -145,7 +145,7 @@ mod tests {
             shape.surface(0.1 * shape.radius()).iter().map(|patch| patch.area).sum()
         };
         near(area(scaled), area(built));
-        assert_eq!(scaled.triangles(0.2).len(), built.triangles(0.2).len());
+        assert_eq!(scaled.triangles(0.213).len(), built.triangles(0.213).len());
         for (a, b) in scaled.parts().iter().zip(built.parts()) {
             near(a.radius, b.radius);
             near(a.rounding, b.rounding);
