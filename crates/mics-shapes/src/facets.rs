@@ -69,7 +69,8 @@ thread_local! {
 }
 
 impl Facets {
-    /// Those of a polyhedron; corners that are one are merged, and faces left out that so have none.
+    /// Those of a polyhedron; corners that are one are merged, and faces that then have no area are
+    /// left out.
     pub fn new(body: &Convex) -> Facets {
         let size = body.corners().iter().map(|corner| corner.norm()).fold(0.0, f64::max);
         let mut corners: Vec<Vector3<f64>> = Vec::new();

@@ -9,7 +9,8 @@
 //!      '-------'
 //! ```
 //! What it fills of boxes is that of a polyhedron of some 1,200 faces that touch it, shrunk to its
-//! volume, which is exact. Its surface is within 0.2 % of the half axes of the true one, its corners within 2 %.
+//! volume, which is exact. Its faces are within 0.2 % of the half axes of the true surface, its
+//! corners within 2 %.
 
 use super::convex::Convex;
 use super::ellipse::skin;
@@ -330,7 +331,7 @@ mod tests {
             let big =
                 body.facets.depth() / (0.5 * axes.iter().copied().fold(f64::INFINITY, f64::min));
             println!(
-                "{axes:?} {exponents:?}: {volume:.1e}, {first:.1e}, feet {feet:.1e}, {} faces, {big:.4}",
+                "{axes:?} {exponents:?}: {volume:.1e}, {first:.1e}, feet {feet:.1e}, {}, {big:.4}",
                 body.facets.faces().len()
             );
             assert!(volume < 1e-12 && first < 1e-12 && feet < 1e-8);
