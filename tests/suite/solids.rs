@@ -67,16 +67,18 @@ fn polyhedral_sphere(times: u32, radius: f64) -> Solid {
     Solid::new(Polyhedron::new(&mesh, 0.0).unwrap())
 }
 
+/// Of sharp surfaces the normals count, which jump by 5.6 degrees from side to side: the drag
+/// scatters with the place, by less as the square of the number of sides.
 #[test]
 fn polygon_of_64_sides_has_drag_of_disc() {
     let petsc = petsc();
-    for (name, more, allowed) in [("sharp", SHARP, 1e-3), ("mixing", MIXING, 1e-3)] {
+    for (name, more, allowed) in [("sharp", SHARP, 2.5e-3), ("mixing", MIXING, 3e-4)] {
         for place in [[0.61, 0.47], [0.6, 0.5]] {
             let body = |shape: Arc<dyn Shape>| {
                 Body::new(shape, 1.0, 0.01, Vector3::new(place[0], place[1], 0.0))
             };
-            let (disc, _) = held(&petsc, body(Arc::new(Disc { radius: 0.2 })), more);
-            let (polygon, _) = held(&petsc, body(Arc::new(regular(64, 0.2))), more);
+            let (disc, _) = held(&petsc, body(Arc::new(Disc { radius: 0.125 })), more);
+            let (polygon, _) = held(&petsc, body(Arc::new(regular(64, 0.125))), more);
             let off = polygon.x / disc.x - 1.0;
             println!("{name} at {place:?}: {:.6} N/m, a polygon's {off:+.1e} from it", disc.x);
             assert!(off.abs() < allowed, "{name}: {disc} {polygon}");
@@ -245,9 +247,9 @@ fn ellipse_in_shear_spins_by_jeffery() {
     }
 }
 
-/// The drag over a sphere's of the same volume, and what it is, by name: Oberbeck 1876, of the
-/// dumbbell Jeffrey & Onishi 1984, of the cube Pettyjohn & Christiansen 1948, of superquadrics Strakl
-/// et al. 2022.
+/// The drag over a sphere's of the same volume, and what it is, by name: of spheroids Oberbeck
+/// 1876, of the dumbbell Jeffrey & Onishi 1984, of the cube Pettyjohn & Christiansen 1948, of
+/// superquadrics Strakl et al. 2022.
 fn expect_stokes_drag(session: &Session, at: (f64, usize), wanted: &[&str], allowed: f64) {
     let still = Vector3::zeros();
     let across = Vector3::new(0.0, 0.0, FRAC_PI_2);
