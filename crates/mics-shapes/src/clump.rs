@@ -58,7 +58,8 @@ impl Clump {
             return Err(Fault(format!("a clump needs one {kind} at least")));
         }
         for (k, (centre, radius)) in balls.iter().enumerate() {
-            if !centre.iter().all(|x| x.is_finite()) || !(radius.is_finite() && *radius > 0.0) {
+            let whole = centre.iter().chain([radius]).all(|x| x.is_finite());
+            if !whole || *radius <= 0.0 {
                 let why =
                     format!("{kind} {} of the clump has no place or no positive radius", k + 1);
                 return Err(Fault(why));
@@ -225,7 +226,7 @@ impl Clump {
 
     /// The nearest point of the surface to one inside: on a free part of a sphere, on the seam of
     /// two, or where seams meet.
-    fn from_inside(&self, point: &Vector3<f64>) -> Option<Nearest> {
+    fn nearest_inside(&self, point: &Vector3<f64>) -> Option<Nearest> {
         let mut best: Option<(f64, Vector3<f64>)> = None;
         let mut offer = |foot: Vector3<f64>, but: Option<[usize; 2]>| {
             let way = (foot - point).norm();
@@ -326,7 +327,7 @@ impl Geometry for Clump {
             && self.balls.len() > 1
             && !self.is_free(&(point - distance * normal), [k, k])
         {
-            return self.from_inside(point).unwrap_or(Nearest { distance, normal });
+            return self.nearest_inside(point).unwrap_or(Nearest { distance, normal });
         }
         Nearest { distance, normal }
     }

@@ -154,7 +154,7 @@ impl Polygon {
     }
 
     /// The distance of a point from the core, and the normal there.
-    fn from_core(&self, point: &Vector2<f64>) -> (f64, Vector2<f64>) {
+    fn core_distance(&self, point: &Vector2<f64>) -> (f64, Vector2<f64>) {
         let mut inside = (f64::NEG_INFINITY, Vector2::x());
         let mut outside = (f64::INFINITY, Vector2::x());
         for side in &self.sides {
@@ -272,7 +272,7 @@ impl Geometry for Polygon {
     }
 
     fn nearest(&self, point: &Vector3<f64>) -> Nearest {
-        let (distance, normal) = self.from_core(&point.xy());
+        let (distance, normal) = self.core_distance(&point.xy());
         let normal = Vector3::new(normal.x, normal.y, 0.0);
         Nearest { distance: distance - self.rounding, normal }
     }

@@ -155,7 +155,7 @@ fn hull(triangles: &[[Vector3<f64>; 3]]) -> Result<Vec<Plane>, Fault> {
         .map(|x| Place::new(x.x, x.y, x.z))
         .collect();
     let flat = || Fault("the surface is flat: its hull holds no volume".to_owned());
-    if all.len() < 4 || !(size > 0.0) {
+    if all.len() < 4 || size <= 0.0 {
         return Err(flat());
     }
     let (points, faces) = try_convex_hull(&scaled).map_err(|_| flat())?;
