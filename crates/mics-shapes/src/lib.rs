@@ -12,6 +12,7 @@
 //! depth.
 
 mod ball;
+mod balls;
 mod clump;
 mod convex;
 mod disc;

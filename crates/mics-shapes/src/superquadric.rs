@@ -8,8 +8,9 @@
 //!     \         /       and back to the surface along the ray from the centre, which is exact
 //!      '-------'
 //! ```
-//! What it fills of boxes is that of a polyhedron of some 800 faces that touch it, shrunk to its
-//! volume, which is exact. Its surface is within 0.6 % of the radius of the true one.
+//! What it fills of boxes is that of a polyhedron of some 1,200 faces that touch it, shrunk to its
+//! volume, which is exact. Its faces are within 0.2 % of the half axes of the true surface, its
+//! corners within 2 %.
 
 use super::convex::Convex;
 use super::ellipse::skin;
@@ -19,10 +20,10 @@ use libm::tgamma;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Directions of faces along each edge of a cube.
-const FACES: usize = 8;
+const FACES: usize = 10;
 
 /// Part of the radius that the faces are nowhere further from the surface.
-const OFF: f64 = 0.01;
+const OFF: f64 = 0.02;
 
 /// A superquadric (3D).
 #[derive(Clone, Debug)]
@@ -330,7 +331,7 @@ mod tests {
             let big =
                 body.facets.depth() / (0.5 * axes.iter().copied().fold(f64::INFINITY, f64::min));
             println!(
-                "{axes:?} {exponents:?}: {volume:.1e}, {first:.1e}, feet {feet:.1e}, {} faces, {big:.4}",
+                "{axes:?} {exponents:?}: {volume:.1e}, {first:.1e}, feet {feet:.1e}, {}, {big:.4}",
                 body.facets.faces().len()
             );
             assert!(volume < 1e-12 && first < 1e-12 && feet < 1e-8);
