@@ -148,6 +148,7 @@ impl Body {
     }
 
     /// Whether it is round: its turning is not seen.
+    #[inline]
     pub fn is_round(&self) -> bool {
         self.round
     }
@@ -257,6 +258,7 @@ impl Body {
     }
 
     /// Moves its centre on by `dt` (s), and changes its velocity.
+    #[inline]
     fn translate(&mut self, dt: f64, accelerations: &Accelerations, periods: &[Option<f64>; 3]) {
         match &mut self.motion {
             Motion::Fixed => return,

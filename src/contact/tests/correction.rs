@@ -225,7 +225,8 @@ fn stack(seed: u64, parts: bool, chance: &mut impl FnMut() -> f64) -> Vec<Body> 
     let mut bodies = Vec::new();
     let mut height = 0.0;
     for k in 0..4 {
-        let radius = if (k + seed) % 2 == 0 { 0.01 } else { 0.01 / (2.0 + 4.0 * chance()) };
+        let radius =
+            if (k + seed).is_multiple_of(2) { 0.01 } else { 0.01 / (2.0 + 4.0 * chance()) };
         let place = vector![0.5 + 0.2 * radius * chance(), height + radius + 1e-5, 0.0];
         let velocity = vector![0.0, if k == 0 { 0.0 } else { -0.1 * chance() }, 0.0];
         let mut body = if parts {
