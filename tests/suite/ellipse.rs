@@ -280,7 +280,7 @@ fn unsupported_options_for_ellipses_are_refused() {
     let flat = |more: &str| case(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, more));
     let ellipse = || vec![body(Ellipse { a: 0.2, b: 0.1 }, 1.0, [0.5, 0.5], 0.0)];
     for (case, bodies, why) in [
-        (flat("[contact]\nnormal_stiffness = 1.0e3"), ellipse(), "not round"),
+        (flat("[contact]\nnormal_stiffness = 1.0e3"), ellipse(), "no convex parts"),
         (flat("[coupling]\nwall = \"mixing\"\nfraction = \"polygon\""), ellipse(), "polygon"),
         (flat(""), vec![body(Ellipse { a: 0.2, b: 0.1 }, 1.0, [1.5, 0.5], 0.0)], "outside the box"),
         (

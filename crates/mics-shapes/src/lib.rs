@@ -13,12 +13,14 @@
 
 mod distance;
 mod part;
+mod placed;
 mod simplex;
 mod smooth;
 mod touch;
 
-pub use distance::{Closest, Pose, closest};
+pub use distance::closest;
 pub use part::{Core, Face, Part, Polytope};
+pub use placed::{Closest, Pose};
 pub use touch::{Touch, touch, touch_plane};
 
 use nalgebra::{Matrix3, Vector3};
