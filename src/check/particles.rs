@@ -80,7 +80,7 @@ pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> 
     let free = || scene.state.bodies.iter().filter(|body| body.freedom().is_some());
     // What they would have from a fall by a hundredth of their diameters.
     let weight = |body: &Body| (body.mass() - case.fluid.density * body.volume()).abs() * g;
-    let fall = free().map(|body| 0.01 * body.diameter() * weight(body)).sum::<f64>();
+    let fall = free().map(|body| 0.01 * body.shape().diameter() * weight(body)).sum::<f64>();
     let lightest = free().map(Body::mass).fold(f64::INFINITY, f64::min);
     (stored > fall && lightest.is_finite()).then(|| {
         format!(

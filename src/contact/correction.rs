@@ -3,7 +3,8 @@
 //!
 //! ```text
 //!   residual    e_i = v_i - v_i*,  o_i = w_i - w_i*
-//!              v*: at the end of the substeps, w*: before the pressure
+//!              v*: at the end of the substeps, w* likewise; of round bodies, which no pressure
+//!              turns, before it
 //!   at contact  e = e_i - e_j + o_i x r_i - o_j x r_j
 //!   normal      P = q m_n e_n,   e_n = n.e                   1/m_n, 1/m_t as in [`super::law`]
 //!   tangential  Q = -q m_t e_t,  e_t = e - e_n n,
@@ -62,12 +63,12 @@ pub(super) struct Constraint {
 
 impl Contacts {
     /// Corrects the impulses of the last [`advance`](Contacts::advance) over `dt` (s) by the
-    /// residuals of all bodies (m/s), and leaves the correction impulses of the bodies in
-    /// `corrections`.
+    /// residuals of all bodies, of velocity and spin (m/s, rad/s), and leaves the correction
+    /// impulses of the bodies in `corrections`.
     pub(crate) fn correct(
         &mut self,
         bodies: &[Body],
-        residuals: &[Vector3<f64>],
+        residuals: &[[Vector3<f64>; 2]],
         corrections: &mut [Impulse],
         dt: f64,
     ) {
@@ -198,7 +199,7 @@ impl Contacts {
     fn solve(
         &self,
         constraint: &mut Constraint,
-        residuals: &[Vector3<f64>],
+        residuals: &[[Vector3<f64>; 2]],
         corrections: &mut [Impulse],
     ) -> f64 {
         let (n, pair, [normal, tangential]) =
@@ -224,16 +225,16 @@ impl Contacts {
     fn residual_of(
         &self,
         constraint: &Constraint,
-        residuals: &[Vector3<f64>],
+        residuals: &[[Vector3<f64>; 2]],
         corrections: &[Impulse],
     ) -> (f64, Vector3<f64>) {
         let of = |k: usize| {
             let Some(given) = corrections.get(k) else {
                 return (Vector3::zeros(), Vector3::zeros());
             };
-            let (InverseMass { mass, inertia, .. }, residual) =
+            let (InverseMass { mass, inertia, .. }, [moved, turned]) =
                 (&self.inverse_masses[k], &residuals[k]);
-            (residual + mass.component_mul(&given.linear), inertia.of(&given.angular))
+            (moved + mass.component_mul(&given.linear), turned + inertia.of(&given.angular))
         };
         let ([(one, spun), (other, its)], n) = (constraint.two.map(of), constraint.normal);
         let arms = &constraint.arms;

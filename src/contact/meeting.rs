@@ -66,6 +66,7 @@ pub(super) const RIGID: InverseMass = InverseMass {
 };
 
 impl InverseMass {
+    #[inline]
     pub(super) fn of(
         body: &Body,
         accelerations: &Accelerations,
@@ -75,7 +76,6 @@ impl InverseMass {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
-        let turn = body.orientation();
         let inverse = match inertia {
             Inertia::Tensor(_) if body.tumbles() => {
                 InverseInertia::Tensor(inertia.inverse(&freedom))
@@ -90,7 +90,10 @@ impl InverseMass {
             mass: along / mass,
             inertia: inverse,
             own: match inertia {
-                Inertia::Tensor(i) if body.tumbles() => Some(turn.transpose() * i * turn.matrix()),
+                Inertia::Tensor(i) if body.tumbles() => {
+                    let turn = body.orientation();
+                    Some(turn.transpose() * i * turn.matrix())
+                }
                 _ => None,
             },
             accelerations: Accelerations {

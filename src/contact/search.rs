@@ -62,12 +62,10 @@ impl Contacts {
                 if wall.distance(&body.centre) > body.radius() + reach {
                     continue;
                 }
-                for (k, (place, radius)) in balls(body) {
-                    if wall.distance(&(body.centre + place)) <= radius + reach {
-                        pairs.push(kept(bodies.len() + w, Vector3::zeros(), [k, 0]));
-                        paired[i] = true;
-                    }
-                }
+                parts_at(body, wall, reach, |part| {
+                    pairs.push(kept(bodies.len() + w, Vector3::zeros(), [part, 0]));
+                    paired[i] = true;
+                });
             }
             sort(&mut pairs[begin..], body, bodies, &self.walls, periods);
         }
@@ -158,6 +156,19 @@ fn parts_near(
             if way.norm() <= radius + its_radius + reach {
                 take([k, l]);
             }
+        }
+    }
+}
+
+/// Calls `take` with the parts of a body in reach of a wall, of which its sphere is.
+fn parts_at(body: &Body, wall: &Wall, reach: f64, mut take: impl FnMut(usize)) {
+    if body.is_round() {
+        take(0);
+        return;
+    }
+    for (k, (place, radius)) in balls(body) {
+        if wall.distance(&(body.centre + place)) <= radius + reach {
+            take(k);
         }
     }
 }

@@ -46,6 +46,7 @@ pub use sphere::Sphere;
 pub use tiles::{Filled, Tiles};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use std::f64::consts::PI;
 use std::fmt::Debug;
 
 /// What brings a body's own axes into those of the box.
@@ -104,6 +105,15 @@ pub trait Shape: Debug + Send + Sync {
     /// axes mean nothing.
     fn is_round(&self) -> bool {
         false
+    }
+
+    /// Diameter of the disc or sphere of its volume (m).
+    fn diameter(&self) -> f64 {
+        match self.dimension() {
+            _ if self.is_round() => 2.0 * self.radius(),
+            2 => (4.0 / PI * self.volume()).sqrt(),
+            _ => (6.0 / PI * self.volume()).cbrt(),
+        }
     }
 
     /// Area of the surface (m2; m in 2D), and the moments of inertia of the surface in the body's

@@ -104,7 +104,7 @@ impl Shape for Solid {
             let mut own = None;
             if one.middle.x > known {
                 let middle = orientation.inverse_transform_vector(&one.middle);
-                let distance = self.0.nearest(&middle).distance;
+                let distance = self.0.clearance(&middle);
                 let free = distance.abs() - one.half.norm();
                 if free >= 0.0 {
                     (known, inside) = (one.middle.x + free, distance < 0.0);

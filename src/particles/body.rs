@@ -6,7 +6,7 @@ use crate::archive::{Archive, Checkpointed};
 use crate::geometry::{Orientation, Placed, Shape};
 use mics_shapes::Part;
 use nalgebra::{UnitQuaternion, Vector3};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// What moves a body.
@@ -147,17 +147,8 @@ impl Body {
         self.radius
     }
 
-    /// Diameter of the disc or sphere of its volume (m).
-    pub fn diameter(&self) -> f64 {
-        let volume = self.shape.volume();
-        match self.shape.dimension() {
-            _ if self.shape.is_round() => 2.0 * self.radius,
-            2 => (4.0 / PI * volume).sqrt(),
-            _ => (6.0 / PI * volume).cbrt(),
-        }
-    }
-
     /// Whether it is round: its turning is not seen.
+    #[inline]
     pub fn is_round(&self) -> bool {
         self.round
     }
@@ -267,6 +258,7 @@ impl Body {
     }
 
     /// Moves its centre on by `dt` (s), and changes its velocity.
+    #[inline]
     fn translate(&mut self, dt: f64, accelerations: &Accelerations, periods: &[Option<f64>; 3]) {
         match &mut self.motion {
             Motion::Fixed => return,

@@ -278,7 +278,6 @@ fn unsupported_options_for_ellipses_are_refused() {
     let flat = |more: &str| case(&box_case([1.0, 1.0], [32, 32], 0.01, PERIODIC, more));
     let flat_body = || vec![body(ellipse(0.2, 0.1), 1.0, [0.5, 0.5], 0.0)];
     for (case, bodies, why) in [
-        (flat("[contact]\nnormal_stiffness = 1.0e3"), flat_body(), "not round"),
         (flat("[coupling]\nwall = \"mixing\"\nfraction = \"polygon\""), flat_body(), "polygon"),
         (flat(""), vec![body(ellipse(0.2, 0.1), 1.0, [1.5, 0.5], 0.0)], "outside the box"),
         (

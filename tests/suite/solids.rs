@@ -3,16 +3,15 @@
 
 use crate::allocation::count;
 use crate::ellipse::{PLANE, body, held, scene_of};
-use crate::support::{MIXING, PERIODIC, SHARP, box_case, case, petsc};
+use crate::support::{MIXING, PERIODIC, SHARP, box_case, case, petsc, thread_time};
 use mics::geometry::shapes::{Clump, Ellipse, Ellipsoid, Polygon, Polyhedron, Superquadric};
 use mics::geometry::{Disc, Shape, Solid, Sphere};
-use mics::particles::Body;
+use mics::particles::{Body, Motion};
 use mics::petsc::Session;
 use mics::scene::Scene;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
-use std::time::Instant;
 
 /// A regular polygon of the area of a disc of this radius (m).
 pub fn regular(n: usize, radius: f64) -> Solid {
@@ -68,10 +67,12 @@ fn polyhedral_sphere(times: u32, radius: f64) -> Solid {
     Solid::new(Polyhedron::new(&mesh, 0.0).unwrap())
 }
 
+/// Of sharp surfaces the normals count, which jump by 5.6 degrees from side to side: the drag
+/// scatters with the place, by less as the square of the number of sides.
 #[test]
 fn polygon_of_64_sides_has_drag_of_disc() {
     let petsc = petsc();
-    for (name, more, allowed) in [("sharp", SHARP, 1e-3), ("mixing", MIXING, 1e-3)] {
+    for (name, more, allowed) in [("sharp", SHARP, 2.5e-3), ("mixing", MIXING, 3e-4)] {
         for place in [[0.61, 0.47], [0.6, 0.5]] {
             let body = |shape: Arc<dyn Shape>| {
                 Body::new(shape, 1.0, 0.01, Vector3::new(place[0], place[1], 0.0))
@@ -85,10 +86,6 @@ fn polygon_of_64_sides_has_drag_of_disc() {
     }
 }
 
-fn env(name: &str, or: f64) -> f64 {
-    std::env::var(name).map_or(or, |x| x.parse().unwrap())
-}
-
 /// Force on a body that is held in a periodic box of this length (m), so many cells a metre, by a
 /// creeping flow of the mean speed 1 mm/s, of a fluid of 1 kg/m3 and 1 Pa s.
 fn creeping(
@@ -96,7 +93,6 @@ fn creeping(
     shape: &Solid,
     turn: Vector3<f64>,
     (length, cells): (f64, usize),
-    more: &str,
 ) -> f64 {
     let n = (length * cells as f64).round() as usize;
     let text = format!(
@@ -106,29 +102,21 @@ fn creeping(
          time = {{ end = 1.0, cfl = 0.4 }}\n\
          boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", \
          north = \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n\
-         drive = {{ mean_velocity = {{ axis = \"x\", value = 1e-3 }} }}\n{more}"
+         drive = {{ mean_velocity = {{ axis = \"x\", value = 1e-3 }} }}\n"
     );
     let h = 1.0 / cells as f64;
-    let middle = Vector3::repeat(0.5 * length)
-        + h * Vector3::new(env("SX", 0.13), env("SY", 0.37), env("SZ", 0.41));
+    let middle = Vector3::repeat(0.5 * length) + h * Vector3::new(0.13, 0.37, 0.41);
     let mut body = Body::new(Arc::new(shape.clone()), 1.0, 1.0, middle);
     body.orientation = UnitQuaternion::from_scaled_axis(turn);
-    let begin = Instant::now();
     let mut scene: Scene<3> = Scene::with_bodies(session, &case(&text), vec![body]).unwrap();
     let (mut time, mut steps, mut last) = (0.0, 0, f64::NAN);
     loop {
-        let dt = scene
-            .limits()
-            .unwrap()
-            .tightest()
-            .1
-            .min(0.02 * length * length)
-            .min(env("DTF", 1e9) * h * h);
+        let dt = scene.limits().unwrap().tightest().1.min(0.02 * length * length);
         scene.step(dt).unwrap();
         (time, steps) = (time + dt, steps + 1);
         let force = scene.state.exchange[0].momentum.x;
         if (force / last - 1.0).abs() < 2e-4 && time > 0.05 * length * length {
-            println!("  {force:.6e} N after {steps} steps of {dt:.1e} s, {:.1?}", begin.elapsed());
+            println!("  {force:.6e} N after {steps} steps of {dt:.1e} s");
             return force;
         }
         last = force;
@@ -222,83 +210,145 @@ fn polygon_and_clump_momentum_exchange_conserved() {
     }
 }
 
-/// Free ellipses between walls that move against each other, at a Reynolds number of 0.01 by the
-/// long axis: as long as it lies still the spin of Jeffery 1922, `G (r^2 cos^2 + sin^2)/(r^2 + 1)`
-/// by the angle from the gradient.
+/// A free ellipse between walls that move against each other, at a Reynolds number of 0.01 by its
+/// long axis, has the spin of Jeffery 1922, `G (r^2 sin^2 + cos^2)/(r^2 + 1)` by its angle to the
+/// flow, as soon as the flow about it is steady.
 #[test]
 fn ellipse_in_shear_spins_by_jeffery() {
     let petsc = petsc();
-    for (r, cells) in [(2.0, 12usize), (4.0, 12)] {
-        // Of a short axis of so many cells; the box is five long ones wide.
-        let (long, wide) = (r, 10.0 * r);
-        let n = (wide * cells as f64) as usize;
-        let speed = 0.5 * wide;
-        let [south, north] = [-speed, speed].map(|u| format!("{{ moving_wall = [{u:?}, 0.0] }}"));
-        let sides = ["\"periodic\"", "\"periodic\"", &south, &north];
-        let viscosity = long * long / 0.01;
-        let text = box_case([wide, wide], [n, n], viscosity, sides, "");
-        for angle in [0.0, 0.25 * PI, FRAC_PI_2] {
-            let mut free = body(
-                Solid::new(Ellipse::new([long, 1.0])),
-                1.0,
-                [0.5 * wide + 0.03, 0.5 * wide],
-                angle,
-            );
-            free.motion = PLANE;
-            let mut scene = scene_of(&petsc.session, &text, vec![free]);
-            let rows = scene.domain.grid.rows();
-            for c in rows.flatten() {
-                scene.state.u[0][c] = scene.domain.grid.centre(c)[1] - speed;
-            }
-            scene.start().unwrap();
-            for _ in 0..20 {
-                let dt = scene.limits().unwrap().tightest().1.min(0.02 * wide);
-                scene.step(dt).unwrap();
-                println!("{} {}", dt, scene.state.bodies[0].spin.z);
-            }
+    // Of a short axis of eight cells; the box is six long ones wide.
+    let (r, cells, wide) = (2.0f64, 8usize, 12.0);
+    let (n, speed) = ((wide * cells as f64) as usize, 0.5 * wide);
+    let [south, north] = [-speed, speed].map(|u| format!("{{ moving_wall = [{u:?}, 0.0] }}"));
+    let sides = ["\"periodic\"", "\"periodic\"", &south, &north];
+    let text = box_case([wide, wide], [n, n], r * r / 0.01, sides, "");
+    for angle in [0.0, 0.25 * PI, FRAC_PI_2] {
+        let ellipse = Solid::new(Ellipse::new([r, 1.0]));
+        let mut free = body(ellipse, 1.0, [0.5 * wide + 0.03, 0.5 * wide], angle);
+        (free.motion, free.spin) = (PLANE, -0.5 * Vector3::z());
+        let mut scene = scene_of(&petsc.session, &text, vec![free]);
+        for c in scene.domain.grid.rows().flatten() {
+            scene.state.u[0][c] = scene.domain.grid.centre(c)[1] - speed;
         }
+        scene.start().unwrap();
+        let (mut last, mut steps) = (0.0, 0);
+        let spin = loop {
+            scene.step(scene.limits().unwrap().tightest().1).unwrap();
+            let spin = scene.state.bodies[0].spin.z;
+            steps += 1;
+            if (spin - last).abs() < 2e-5 || steps > 400 {
+                break spin;
+            }
+            last = spin;
+        };
+        let exact = -(r * r * angle.sin().powi(2) + angle.cos().powi(2)) / (r * r + 1.0);
+        println!("at {angle:.2}: {spin:.4} of {exact:.4} rad/s after {steps} steps");
+        assert!((spin - exact).abs() < 0.02, "{spin} {exact}");
+    }
+}
+
+/// The drag over a sphere's of the same volume, and what it is, by name: of spheroids Oberbeck
+/// 1876, of the dumbbell Jeffrey & Onishi 1984, of the cube Pettyjohn & Christiansen 1948, of
+/// superquadrics Strakl et al. 2022.
+fn expect_stokes_drag(session: &Session, at: (f64, usize), wanted: &[&str], allowed: f64) {
+    let still = Vector3::zeros();
+    let across = Vector3::new(0.0, 0.0, FRAC_PI_2);
+    let corner = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.5f64.sqrt().atan())
+        * UnitQuaternion::from_scaled_axis(Vector3::z() * 0.25 * PI);
+    let sphere = Solid::new(Ellipsoid::new([1.0; 3]));
+    let sphere = creeping(session, &sphere, still, at);
+    for (what, shape, turn, exact) in [
+        ("sphere of 1280 triangles", polyhedral_sphere(3, 0.5), still, 1.0),
+        ("prolate 2 along", spheroid(2.0), still, 0.95557),
+        ("prolate 2 across", spheroid(2.0), across, 1.0944),
+        ("oblate 0.5 along", spheroid(0.5), still, 1.1406),
+        ("cube face on", cube(), still, 1.08),
+        ("cube corner on", cube(), corner.scaled_axis(), 1.08),
+        ("dumbbell along", dumbbell(), still, 1.0241),
+        ("dumbbell across", dumbbell(), across, 1.15026),
+        ("superquadric 5", superquadric(5.0), still, 1.0255),
+        ("superquadric 10", superquadric(10.0), still, 1.0563),
+    ] {
+        if !wanted.is_empty() && !wanted.contains(&what) {
+            continue;
+        }
+        let force = creeping(session, &shape, turn, at);
+        let off = over_sphere(force, sphere, PI / 6.0) / exact - 1.0;
+        println!("{what}: {:.4}, {:+.2} %", exact * (1.0 + off), 100.0 * off);
+        // Of sharp edges the error is of first order.
+        let allowed = match what {
+            "sphere of 1280 triangles" => 2e-3,
+            "cube face on" | "cube corner on" => 0.05,
+            _ => allowed,
+        };
+        assert!(off.abs() < allowed, "{what}: {off}");
     }
 }
 
 #[test]
-#[ignore = "minutes"]
 fn stokes_drag_of_shapes_over_sphere() {
+    let wanted =
+        ["sphere of 1280 triangles", "prolate 2 across", "dumbbell across", "superquadric 5"];
+    expect_stokes_drag(&petsc().session, (3.0, 10), &wanted, 0.02);
+}
+
+/// The box counts: along its axis the drag of a spheroid of twice the length in one of three
+/// diameters is 1.7 % less, in one of four 0.8 %.
+#[test]
+#[ignore = "ten minutes"]
+fn stokes_drag_of_all_shapes_over_sphere_in_a_larger_box() {
+    expect_stokes_drag(&petsc().session, (5.0, 12), &[], 0.03);
+}
+
+/// Processor time of a step with 27 bodies of one shape that move, 12 cells across (s).
+fn step_time(session: &Session, shape: &Arc<dyn Shape>) -> f64 {
+    let more = "[initial]\nvelocity = [0.1, 0.0, 0.0]\n[pressure]\ndivergence_limit = 1e-6\n";
+    let text = format!(
+        "name = \"cost\"\ndomain = {{ size = [5.0, 5.0, 5.0], cells = [60, 60, 60] }}\n\
+         fluid = {{ density = 1.0, viscosity = 0.01 }}\ntime = {{ end = 1.0 }}\n\
+         boundary = {{ west = \"periodic\", east = \"periodic\", south = \"periodic\", \
+         north = \"periodic\", bottom = \"periodic\", top = \"periodic\" }}\n{more}"
+    );
+    let at = |k: usize| {
+        let place = Vector3::new(k % 3, k / 3 % 3, k / 9).map(|i| i as f64);
+        let mut body = Body::new(shape.clone(), 1.0, 0.01, (place.add_scalar(0.5)) * (5.0 / 3.0));
+        body.motion = Motion::Prescribed(None);
+        (body.velocity, body.spin) = (Vector3::new(0.1, 0.02, 0.03), Vector3::new(0.2, 0.3, 0.1));
+        body.orientation = UnitQuaternion::from_scaled_axis(Vector3::new(1.0, 0.3, 0.2) * k as f64);
+        body
+    };
+    let bodies = (0..27).map(at).collect();
+    let mut scene: Scene<3> = Scene::with_bodies(session, &case(&text), bodies).unwrap();
+    (0..3).for_each(|_| _ = scene.step(0.02).unwrap());
+    let before = thread_time();
+    (0..5).for_each(|_| _ = scene.step(0.02).unwrap());
+    (thread_time() - before).as_secs_f64() / 5.0
+}
+
+#[test]
+#[ignore = "a minute"]
+fn cost_of_a_step_with_stones_over_spheres() {
     let petsc = petsc();
-    let across = Vector3::new(0.0, 0.0, FRAC_PI_2);
-    let corner = Vector3::new(0.0, 0.615_479_708_670_387_3, 0.0);
-    let cells = std::env::var("CELLS").map_or(12, |n| n.parse().unwrap());
-    let length = std::env::var("LENGTH").map_or(3.0, |n| n.parse().unwrap());
-    let at = (length, cells);
-    let turned = UnitQuaternion::from_scaled_axis(corner)
-        * UnitQuaternion::from_scaled_axis(Vector3::z() * 0.25 * PI);
-    for (name, more) in [("sharp", SHARP)] {
-        let sphere = Solid::new(Ellipsoid::new([1.0; 3]));
-        let sphere = creeping(&petsc.session, &sphere, Vector3::zeros(), at, more);
-        for (what, shape, turn, exact) in [
-            ("sphere of 1280 triangles", polyhedral_sphere(3, 0.5), Vector3::zeros(), 1.0),
-            ("prolate 2 along", spheroid(2.0), Vector3::zeros(), 0.95557),
-            ("prolate 2 across", spheroid(2.0), across, 1.0944),
-            ("prolate 4 along", spheroid(4.0), Vector3::zeros(), 1.0066),
-            ("prolate 4 across", spheroid(4.0), across, 1.2955),
-            ("oblate 0.5 along", spheroid(0.5), Vector3::zeros(), 1.1406),
-            ("cube face on", cube(), Vector3::zeros(), 1.08),
-            ("cube corner on", cube(), turned.scaled_axis(), 1.08),
-            ("dumbbell along", dumbbell(), Vector3::zeros(), 1.0241),
-            ("dumbbell across", dumbbell(), across, 1.15026),
-            ("superquadric 5", superquadric(5.0), Vector3::zeros(), 1.0255),
-            ("superquadric 10", superquadric(10.0), Vector3::zeros(), 1.0563),
-        ] {
-            if !what.contains(&std::env::var("WHAT").unwrap_or_default()) {
-                continue;
-            }
-            let force = creeping(&petsc.session, &shape, turn, at, more);
-            let found = over_sphere(force, sphere, PI / 6.0);
-            println!(
-                "{name}: {what}: {found:.4}, {:+.2} % ({:.4} raw)",
-                100.0 * (found / exact - 1.0),
-                force / sphere
-            );
-        }
+    let sphere: Arc<dyn Shape> = Arc::new(Sphere { radius: 0.5 });
+    let stone = |points: usize| {
+        let at = |k: usize| {
+            let n = Vector3::from_fn(|a, _| {
+                (12.9898 * (3 * k + a) as f64 + 4.1).sin() * 43758.5453 % 1.0
+            });
+            n.normalize().component_mul(&Vector3::new(0.6, 0.5, 0.42))
+        };
+        (0..points / 3).map(|k| [at(3 * k), at(3 * k + 1), at(3 * k + 2)]).collect::<Vec<_>>()
+    };
+    let own = step_time(&petsc.session, &sphere);
+    println!("spheres: {own:.3} s a step");
+    for (name, shape) in [
+        ("stones of 200 triangles", Solid::new(Polyhedron::new(&stone(102), 0.0).unwrap())),
+        ("the same rounded", Solid::new(Polyhedron::new(&stone(102), 0.03).unwrap())),
+        ("ellipsoids", Solid::new(Ellipsoid::new([1.2, 1.0, 0.84]))),
+        ("superquadrics", superquadric(5.0)),
+        ("dumbbells", dumbbell()),
+    ] {
+        let time = step_time(&petsc.session, &(Arc::new(shape) as Arc<dyn Shape>));
+        println!("{name}: {time:.3} s a step, {:.2} of spheres", time / own);
     }
-    let _ = Sphere { radius: 1.0 };
 }

@@ -68,6 +68,8 @@ fn parse(text: &str) -> Option<HashMap<usize, Pose>> {
     };
     let [ids, velocity, turned, centres] =
         [numbers("id")?, numbers("velocity")?, numbers("orientation")?, numbers("Points")?];
+    // Points of surfaces follow those at the centres.
+    let count = text.split("NumberOfVerts=\"").nth(1)?.split('"').next()?.parse().ok()?;
     let pose = |(k, id): (usize, &f64)| {
         let [v, at] = [&velocity, &centres]
             .map(|all| all.get(3 * k..3 * k + 3).map(Vector3::from_column_slice));
@@ -76,5 +78,5 @@ fn parse(text: &str) -> Option<HashMap<usize, Pose>> {
             Some(UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3])));
         Some((*id as usize, Pose { centre: at?.into(), speed: v?.norm(), orientation }))
     };
-    ids.iter().enumerate().map(pose).collect()
+    ids.iter().enumerate().take(count).map(pose).collect()
 }

@@ -104,7 +104,7 @@ pub fn moments(body: &Convex, centre: &Vector3<f64>, radius: f64) -> (f64, Vecto
     for (n, offset, round) in body.faces() {
         let h = height(&n, offset);
         let face = Face { h, square: 1.0 - h * h };
-        if (!solid && face.square <= 0.0) || (solid && h.abs() <= NEAR && face.square <= 0.0) {
+        if face.square <= 0.0 && (!solid || h.abs() <= NEAR) {
             continue;
         }
         let (mut part, mut potential) = (0.0, 0.0);

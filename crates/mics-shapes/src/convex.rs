@@ -56,30 +56,28 @@ impl Convex {
     pub fn set_box(&mut self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) {
         // Right-handed, so that the corners of each face go round counterclockwise.
         let flip = if half[0].cross(&half[1]).dot(&half[2]) < 0.0 { -1.0 } else { 1.0 };
+        let half = [flip * half[0], half[1], half[2]];
         self.corners.clear();
         self.corners.extend((0..8).map(|k: usize| {
             let sign = |a: usize| if k >> a & 1 == 1 { 1.0 } else { -1.0 };
-            middle + flip * sign(0) * half[0] + sign(1) * half[1] + sign(2) * half[2]
+            middle + sign(0) * half[0] + sign(1) * half[1] + sign(2) * half[2]
         }));
         self.loops.clear();
         self.sides.clear();
         for axis in 0..3 {
             let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-            for high in [0, 1] {
-                let at = |i: u32, j: u32| (high << axis) | (i << u) | (j << v);
-                let round = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
+            let normal = half[u].cross(&half[v]).normalize();
+            let (at, out) = (normal.dot(middle), normal.dot(&half[axis]));
+            let number = |high: u32, i: u32, j: u32| (high << axis) | (i << u) | (j << v);
+            for (high, sign) in [(0, -1.0), (1, 1.0)] {
+                let [a, b, c, d] =
+                    [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| number(high, i, j));
                 let first = self.loops.len() as u32;
-                self.loops.extend((0..4).map(|k| round[if high == 1 { k } else { 3 - k }]));
-                let [p, q, r] = [0, 1, 2].map(|k| self.corner(first + k));
-                let normal = (q - p).cross(&(r - q)).normalize();
-                self.sides.push(Side { normal, offset: normal.dot(&p), first, count: 4 });
+                self.loops.extend(if high == 1 { [a, b, c, d] } else { [d, c, b, a] });
+                let offset = sign * at + out;
+                self.sides.push(Side { normal: sign * normal, offset, first, count: 4 });
             }
         }
-    }
-
-    #[inline]
-    fn corner(&self, at: u32) -> Vector3<f64> {
-        self.corners[self.loops[at as usize] as usize]
     }
 
     /// Its corners (m).
@@ -268,6 +266,12 @@ impl Convex {
             second += part / 20.0 * (squares + sum * sum.transpose());
         });
         second
+    }
+
+    /// Scales all of it about the origin.
+    pub fn scale(&mut self, factor: f64) {
+        self.corners.iter_mut().for_each(|corner| *corner *= factor);
+        self.sides.iter_mut().for_each(|side| side.offset *= factor);
     }
 
     /// Shifts all of it (m).

@@ -10,76 +10,13 @@
 //! counts lengths in absolute terms.)
 
 use crate::part::{Core, Part};
-use crate::simplex::{Corner, Simplex};
+use crate::placed::{Closest, NONE, Placed, Pose};
+use crate::simplex::{Corner, Directions, Simplex};
 use crate::smooth::refine;
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
 /// Most iterations.
 const MOST: usize = 100;
-/// Distance of cores, of the way between the parts' places, below which they overlap.
-pub(crate) const NONE: f64 = 1e-9;
-
-/// Where a body is and how it is turned.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pose {
-    /// Its centre (m).
-    pub place: Vector3<f64>,
-    /// What brings its own axes into those of the box.
-    pub orientation: Rotation3<f64>,
-}
-
-/// The nearest points of two parts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closest {
-    /// From the first to the second, of length 1.
-    pub normal: Vector3<f64>,
-    /// Between the surfaces (m), negative where they overlap.
-    pub distance: f64,
-    /// The nearest points of both cores (m).
-    pub points: [Vector3<f64>; 2],
-}
-
-/// A core at its place.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Placed<'a> {
-    pub core: &'a Core,
-    pub orientation: &'a Rotation3<f64>,
-    /// Of the core's origin (m).
-    pub place: Vector3<f64>,
-}
-
-impl<'a> Placed<'a> {
-    /// The core of a part of a body there.
-    pub fn new(part: &'a Part, pose: &'a Pose) -> Placed<'a> {
-        let place = pose.place + pose.orientation * part.place;
-        Placed { core: &part.core, orientation: &pose.orientation, place }
-    }
-
-    /// A point of its own axes in those of the box (m).
-    pub fn at(&self, own: &Vector3<f64>) -> Vector3<f64> {
-        self.place + self.orientation * own
-    }
-
-    /// The point that lies furthest along `n` (m), and its number among the corners of a polytope.
-    pub fn support(&self, n: &Vector3<f64>) -> (Vector3<f64>, u32) {
-        let own = self.orientation.inverse_transform_vector(n);
-        if let Core::Polytope(polytope) = self.core {
-            let mut best = (f64::NEG_INFINITY, 0);
-            for (k, corner) in polytope.corners.iter().enumerate() {
-                let along = corner.dot(&own);
-                if along > best.0 {
-                    best = (along, k);
-                }
-            }
-            return (self.at(&polytope.corners[best.1]), best.1 as u32);
-        }
-        (self.at(&self.core.support(&own)), 0)
-    }
-
-    pub fn is_smooth(&self) -> bool {
-        matches!(self.core, Core::Ellipsoid { .. } | Core::Superquadric { .. })
-    }
-}
 
 /// The nearest points of two parts of bodies in these poses; `guess` is a direction from the first
 /// to the second, not zero. `None` where their cores overlap.
@@ -144,27 +81,4 @@ fn flat(simplex: &Simplex) -> Option<Closest> {
     let way = frame.across(&frame.across(&first));
     let distance = way.norm();
     Some(Closest { normal: way.try_normalize(0.0)?, distance, points: simplex.points() })
-}
-
-/// Up to two directions of length 1, normal to each other.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Directions(pub [Vector3<f64>; 2]);
-
-impl Directions {
-    pub fn of(ways: impl Iterator<Item = Vector3<f64>>) -> Directions {
-        let (mut all, mut count) = (Directions::default(), 0);
-        for way in ways {
-            let across = all.across(&all.across(&way));
-            if count < 2 && across.norm() > 1e-10 * way.norm() {
-                all.0[count] = across.normalize();
-                count += 1;
-            }
-        }
-        all
-    }
-
-    /// The part of a vector across them.
-    pub fn across(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        v - self.0.iter().map(|d| v.dot(d) * d).sum::<Vector3<f64>>()
-    }
 }

@@ -69,7 +69,8 @@ thread_local! {
 }
 
 impl Facets {
-    /// Those of a polyhedron; corners that are one are merged, and faces left out that so have none.
+    /// Those of a polyhedron; corners that are one are merged, and faces that then have no area are
+    /// left out.
     pub fn new(body: &Convex) -> Facets {
         let size = body.corners().iter().map(|corner| corner.norm()).fold(0.0, f64::max);
         let mut corners: Vec<Vector3<f64>> = Vec::new();
@@ -149,7 +150,7 @@ impl Facets {
     /// From the nearest point of a face to a point, which is `above` its plane (m), and whether it
     /// is inside of the face's edges.
     #[inline]
-    fn from_face(&self, face: &Facet, point: &Vector3<f64>, above: f64) -> (Vector3<f64>, bool) {
+    fn arm_from(&self, face: &Facet, point: &Vector3<f64>, above: f64) -> (Vector3<f64>, bool) {
         let mut best: Option<(f64, Vector3<f64>)> = None;
         for edge in self.edges_of(face) {
             let arm = point - edge.from;
@@ -186,7 +187,7 @@ impl Facets {
         if above <= 0.0 {
             return (above, self.faces[highest].normal, highest);
         }
-        let (arm, flat) = self.from_face(&self.faces[highest], point, above);
+        let (arm, flat) = self.arm_from(&self.faces[highest], point, above);
         if flat {
             return (above, self.faces[highest].normal, highest);
         }
@@ -195,7 +196,7 @@ impl Facets {
             let face = &self.faces[*k as usize];
             let above = face.normal.dot(point) - face.offset;
             if above > 0.0 && above * above < best && *k as usize != highest {
-                let (next, _) = self.from_face(face, point, above);
+                let (next, _) = self.arm_from(face, point, above);
                 let square = next.norm_squared();
                 if square < best {
                     (best, arm, at) = (square, next, *k as usize);
@@ -325,7 +326,7 @@ impl Facets {
         let away = |k: &u16| {
             let face = &self.faces[*k as usize];
             let above = face.normal.dot(&middle) - face.offset;
-            self.from_face(face, &middle, above).0.norm()
+            self.arm_from(face, &middle, above).0.norm()
         };
         let distances: Vec<f64> = among.iter().map(away).collect();
         let least = distances.iter().copied().fold(f64::INFINITY, f64::min);

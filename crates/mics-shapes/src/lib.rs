@@ -12,6 +12,7 @@
 //! depth.
 
 mod ball;
+mod balls;
 mod clump;
 mod convex;
 mod disc;
@@ -23,6 +24,7 @@ mod flat;
 mod obstacle;
 mod part;
 mod patches;
+mod placed;
 mod polygon;
 mod polyhedron;
 mod scaled;
@@ -37,11 +39,12 @@ mod superquadric;
 mod touch;
 
 pub use clump::Clump;
-pub use distance::{Closest, Pose, closest};
+pub use distance::closest;
 pub use ellipse::Ellipse;
 pub use ellipsoid::Ellipsoid;
 pub use obstacle::{Obstacle, Room};
 pub use part::{Core, Face, Part, Polytope};
+pub use placed::{Closest, Pose};
 pub use polygon::Polygon;
 pub use polyhedron::Polyhedron;
 pub use scaled::Scaled;
@@ -101,6 +104,12 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
 
     /// The nearest point of its surface; any of them where there are several.
     fn nearest(&self, point: &Vector3<f64>) -> Nearest;
+
+    /// Signed distance from the surface (m), or one nearer to zero where that is found sooner: what
+    /// lies further from the surface beyond doubt.
+    fn clearance(&self, point: &Vector3<f64>) -> f64 {
+        self.nearest(point).distance
+    }
 
     /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their
     /// areas sum to the surface's.

@@ -73,6 +73,10 @@ impl Geometry for Scaled {
         Nearest { distance: self.factor * distance, normal }
     }
 
+    fn clearance(&self, point: &Vector3<f64>) -> f64 {
+        self.factor * self.base.clearance(&(point / self.factor))
+    }
+
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let area = self.power(self.dimension() - 1);
         let patch = |patch: Patch| Patch {
@@ -127,6 +131,7 @@ mod tests {
             let point = 2.0 * built.radius() * Vector3::new(at(1.0), at(2.0), flat * at(3.0));
             let [a, b] = [scaled.nearest(&point), built.nearest(&point)];
             near(a.distance, b.distance);
+            near(scaled.clearance(&point), built.clearance(&point));
             assert!((a.normal - b.normal).norm() < 1e-6, "{point} {a:?} {b:?}");
             let n = point.normalize();
             near(scaled.extent(&n), built.extent(&n));
@@ -140,7 +145,14 @@ mod tests {
             shape.surface(0.1 * shape.radius()).iter().map(|patch| patch.area).sum()
         };
         near(area(scaled), area(built));
-        assert_eq!(scaled.triangles(0.2).len(), built.triangles(0.2).len());
+        let enclosed = |shape: &dyn Geometry| -> f64 {
+            let part = |[a, b, c]: [Vector3<f64>; 3]| match shape.dimension() {
+                2 => 0.5 * a.cross(&b).z,
+                _ => a.dot(&b.cross(&c)) / 6.0,
+            };
+            shape.triangles(0.213).into_iter().map(part).sum()
+        };
+        near(enclosed(scaled), enclosed(built));
         for (a, b) in scaled.parts().iter().zip(built.parts()) {
             near(a.radius, b.radius);
             near(a.rounding, b.rounding);
@@ -161,7 +173,8 @@ mod tests {
         };
         let polyhedron = |f: f64| Polyhedron::new(&points(f), 0.05 * f).unwrap();
         same(&Scaled::new(Arc::new(polyhedron(1.0)), f), &polyhedron(f));
-        let balls = |f: f64| [(Vector3::zeros(), f), (Vector3::x() * f, 0.7 * f)];
+        let aside = Vector3::new(0.93, 0.37, 0.21);
+        let balls = |f: f64| [(Vector3::zeros(), f), (f * aside, 0.7 * f)];
         let clump = |f: f64| Clump::new(3, &balls(f)).unwrap();
         same(&Scaled::new(Arc::new(clump(1.0)), f), &clump(f));
     }

@@ -101,3 +101,26 @@ fn project(all: &[Corner; 4], set: usize) -> Option<(Vector3<f64>, Simplex)> {
     let point = last + (0..n).map(|k| weights[k] * edges[k]).sum::<Vector3<f64>>();
     Some((point, chosen))
 }
+
+/// Up to two directions of length 1, normal to each other.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Directions(pub [Vector3<f64>; 2]);
+
+impl Directions {
+    pub fn of(ways: impl Iterator<Item = Vector3<f64>>) -> Directions {
+        let (mut all, mut count) = (Directions::default(), 0);
+        for way in ways {
+            let across = all.across(&all.across(&way));
+            if count < 2 && across.norm() > 1e-10 * way.norm() {
+                all.0[count] = across.normalize();
+                count += 1;
+            }
+        }
+        all
+    }
+
+    /// The part of a vector across them.
+    pub fn across(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        v - self.0.iter().map(|d| v.dot(d) * d).sum::<Vector3<f64>>()
+    }
+}

@@ -13,9 +13,9 @@
 //! long way as the normal hardly turns. The surfaces are those of the bodies, parallel to their
 //! cores.
 
-use crate::distance::{Closest, Directions, NONE, Placed};
 use crate::part::{Core, nested};
-use crate::simplex::Simplex;
+use crate::placed::{Closest, NONE, Placed};
+use crate::simplex::{Directions, Simplex};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Most steps, and halvings of one.

@@ -12,7 +12,7 @@ use std::path::Path;
 pub struct Surface {
     /// Its triangles, corners counterclockwise seen from outside (m).
     pub triangles: Vec<[Vector3<f64>; 3]>,
-    /// What was mended on the way, in words for the user.
+    /// What was corrected on the way, in words for the user.
     pub notes: Vec<String>,
 }
 
@@ -25,12 +25,12 @@ pub fn read(path: &Path, scale: f64) -> Result<Vec<[Vector3<f64>; 3]>, Fault> {
     Ok(load(path, scale)?.triangles)
 }
 
-/// That surface, with what was mended.
+/// That surface, with what was corrected.
 ///
 /// # Errors
 ///
-/// The file cannot be read or has no triangles, a corner is no place, the surface is open, triangles
-/// disagree about which side is outside, or it holds no volume.
+/// The file cannot be read or has no triangles, a corner is no place, the surface is open,
+/// triangles disagree about which side is outside, or it holds no volume.
 pub fn load(path: &Path, scale: f64) -> Result<Surface, Fault> {
     let file = File::open(path).map_err(|e| Fault(format!("cannot be read: {e}")))?;
     let mut reader = BufReader::new(file);
@@ -85,7 +85,7 @@ pub fn closed(mesh: Vec<[[f32; 3]; 3]>, scale: f64) -> Result<Surface, Fault> {
     if let Some((_, k)) = open_edges(&edges).min_by_key(|(_, k)| **k) {
         let count = open_edges(&edges).count();
         let why = format!(
-            "the surface is open: {count} edges have one triangle only, one of them of triangle {}; \
+            "the surface is open: {count} edges have one triangle only, as one of triangle {}; \
              close it in the program that wrote it",
             k + 1
         );

@@ -11,8 +11,9 @@
 //! 4^(1/p) times as stiff. All distances are those of whole faces and edges, which change
 //! smoothly where a corner goes over the edge of a face. Two equal faces flush have 16 pairs.
 
-use crate::distance::{Closest, Placed, Pose, closest};
+use crate::distance::closest;
 use crate::part::{Core, Face, Part, Polytope};
+use crate::placed::{Closest, Placed, Pose};
 use nalgebra::Vector3;
 
 /// p: the larger, the nearer D is to the deepest overlap, and the faster a flat contact swings.

@@ -103,7 +103,7 @@ fn friction_stops_spinning_cube() {
     let (h, mu) = (0.01, 0.3);
     let mut one = [free(&solids::cuboid([h; 3], 5e-4), vector![0.1, h, 0.1], Vector3::zeros())];
     let law = stiff(1e5, 0.3, mu);
-    one[0].centre.y -= 0.7071 * one[0].mass() * G / 1e5;
+    one[0].centre.y -= 4.0f64.powf(-0.25) * one[0].mass() * G / 1e5;
     one[0].spin.y = 20.0;
     let mut wall = contacts(&one, law, [0.2; 3], &[0, 1, 2], Substeps::Auto);
     let spread = 0.95 * h * f64::sqrt(2.0);
@@ -322,7 +322,10 @@ fn heap_of_parts_restarts_bit_for_bit() {
         for _ in 0..220 {
             all.advance(&mut bodies, &pull, 1e-3).unwrap();
         }
-        assert!(!all.touching.springs.is_empty());
+        let later = |(_, _, springs): &(usize, usize, Springs)| springs.parts != [0; 2];
+        let count = all.touching.springs.iter().filter(|s| later(s)).count();
+        println!("{dimension}D: {} springs, {count} of later parts", all.touching.springs.len());
+        assert!(count > 0);
         let mut again = bodies.clone();
         let mut rest = begin(&again);
         rest.touching = all.touching.clone();

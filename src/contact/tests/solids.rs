@@ -39,6 +39,17 @@ impl Solid for Parts {
     fn parts(&self) -> &[Part] {
         &self.parts
     }
+    fn bounds(&self, turn: &Orientation) -> Vector3<f64> {
+        let along = |n: &Vector3<f64>, part: &Part| {
+            let own = turn.inverse_transform_vector(n);
+            (part.place + part.core.support(&own)).dot(&own) + part.rounding
+        };
+        let reach = |n: Vector3<f64>| {
+            let both = self.parts.iter().map(|part| along(&n, part).max(along(&-n, part)));
+            both.fold(0.0, f64::max)
+        };
+        vector![reach(Vector3::x()), reach(Vector3::y()), reach(Vector3::z())]
+    }
 }
 
 /// Half the moments of a body that fills a part of a box with these half edges.

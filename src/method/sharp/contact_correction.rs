@@ -24,7 +24,7 @@ const RESPONSE_DIGITS: f64 = 0.5;
 
 /// Scratch, per body.
 pub struct Work {
-    residuals: Vec<Vector3<f64>>,
+    residuals: Vec<[Vector3<f64>; 2]>,
     corrections: Vec<Impulse>,
     followed: Vec<f64>,
 }
@@ -33,7 +33,7 @@ impl Work {
     /// That of so many bodies.
     pub fn new(n: usize) -> Work {
         Work {
-            residuals: vec![Vector3::zeros(); n],
+            residuals: vec![[Vector3::zeros(); 2]; n],
             corrections: vec![Impulse::default(); n],
             followed: vec![0.0; n],
         }
@@ -92,8 +92,10 @@ fn find_without<const D: usize>(
 fn correct<const D: usize>(contacts: &mut Contacts, step: &mut PressureStep<D>, work: &mut Work) {
     let Work { residuals, corrections, .. } = work;
     for ((residual, body), motion) in residuals.iter_mut().zip(step.bodies()).zip(step.motions()) {
-        let free = body.freedom().is_some();
-        *residual = if free { body.velocity - motion.expected.0 } else { Vector3::zeros() };
+        let (velocity, spin) = motion.expected;
+        let turned = if body.is_round() { Vector3::zeros() } else { body.spin - spin };
+        let free = body.freedom().map(|_| [body.velocity - velocity, turned]);
+        *residual = free.unwrap_or_default();
     }
     contacts.correct(step.bodies(), residuals, corrections, step.dt());
     step.apply(contacts, corrections);

@@ -161,7 +161,7 @@ impl Folder {
         }
         let Some(rows) = &mut self.passages else { return Ok(()) };
         let (c, v) = (body.centre, body.velocity);
-        let (id, mass, diameter) = (body.id, body.mass(), body.diameter());
+        let (id, mass, diameter) = (body.id, body.mass(), body.shape().diameter());
         rows.add(format_args!(
             "{step},{time:?},{id},{what},{mass:?},{diameter:?},{:?},{:?},{:?},{:?},{:?},{:?}",
             c.x, c.y, c.z, v.x, v.y, v.z

@@ -168,16 +168,7 @@ pub fn discs(
             continue;
         };
         let at = pose.centre;
-        let across = if case.dimension() == 3 { at[axis] - height } else { 0.0 };
-        let off = match case
-            .domain
-            .size
-            .get(axis)
-            .filter(|_| case.dimension() == 3 && case.periodic(axis))
-        {
-            Some(length) => across - length * (across / length).round(),
-            None => across,
-        };
+        let off = off_plane(case, at, (axis, height));
         let reach = 0.5 * p.shape.bounding_diameter();
         let square = reach * reach - off * off;
         if square <= 0.0 {
@@ -201,13 +192,9 @@ pub fn discs(
             let n = turned * -Vector3::ith(axes[1], 1.0);
             [n[axes[0]], n[axes[1]], -off * n[axis]]
         });
+        let name = names.get(&id).map(|name| (*name).to_owned());
         let label = match (case.particle.len(), colours) {
-            (2.., None) => names
-                .get(&id)
-                .map(|name| (*name).to_owned())
-                .into_iter()
-                .chain([id.to_string()])
-                .collect(),
+            (2.., None) => name.into_iter().chain([id.to_string()]).collect(),
             _ => Vec::new(),
         };
         let images = |axis: usize| if case.periodic(axis) { -1..=1 } else { 0..=0 };
@@ -221,6 +208,16 @@ pub fn discs(
         }
     }
     discs
+}
+
+/// How far a place lies from the plane across an axis at a height (m), by the shortest way across a
+/// periodic axis; 0 in 2D.
+fn off_plane(case: &Case, at: [f64; 3], (axis, height): (usize, f64)) -> f64 {
+    if case.dimension() == 2 {
+        return 0.0;
+    }
+    let (across, length) = (at[axis] - height, case.domain.size[axis]);
+    if case.periodic(axis) { across - length * (across / length).round() } else { across }
 }
 
 /// The names that one particle has alone, by its number.

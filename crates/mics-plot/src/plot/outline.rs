@@ -42,8 +42,8 @@ impl Surface {
     }
 
     /// The rings that a plane cuts of the surface of a turned body, about its centre: along the
-    /// `axes` of the plane, which is across the third and at the distance `off` from the centre (m);
-    /// of a body of a `radius` (m) and so many dimensions.
+    /// `axes` of the plane, which is across the third and at the distance `off` from the centre
+    /// (m); of a body of a `radius` (m) and so many dimensions.
     pub fn rings(
         &self,
         turn: &UnitQuaternion<f64>,

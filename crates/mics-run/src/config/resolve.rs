@@ -47,9 +47,7 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
     let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;
     let along_z = bottom.zip(top).map(|(bottom, top)| [bottom, top]);
-    let diameters = raw.particle.iter().filter_map(|p| Some(p.built()?.diameter()));
-    let smallest = diameters.fold(f64::INFINITY, f64::min);
-    let smallest = if smallest.is_finite() { smallest } else { 0.0 };
+    let smallest = smallest(&raw.particle);
     let (force, count) = (raw.coupling.force, raw.particle.len());
     let measures = raw.measure.into_iter().zip(directions);
     let case = Case {
@@ -89,6 +87,12 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     };
     check(&case)?;
     Ok(case)
+}
+
+/// The smallest diameter (m) of a particle; 0 without any.
+fn smallest(particles: &[raw::Particle]) -> f64 {
+    let diameters = particles.iter().filter_map(|p| Some(p.built()?.diameter()));
+    diameters.reduce(f64::min).unwrap_or(0.0)
 }
 
 /// Checks what takes values to tell.

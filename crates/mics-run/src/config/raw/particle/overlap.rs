@@ -1,11 +1,13 @@
 //! Bodies that overlap at time 0.
 //!
 //! Round ones do where their centres are too near each other. Of others it is their bounding
-//! spheres that have to meet first, and then points of the surface of one to lie in the other.
+//! spheres that have to meet first, and then convex parts of theirs.
 
 use super::*;
 use crate::config::fault::{short, unlike};
+use mics_shapes::{Core, Part, Pose, closest};
 use nalgebra::Vector3;
+use std::borrow::Cow;
 
 /// Two bodies that overlap, and by how much.
 pub(in crate::config::raw) struct Overlap {
@@ -51,46 +53,61 @@ pub(in crate::config::raw) fn overlap(case: &Case) -> Option<Overlap> {
                     "their centres are {distance} m apart, and must be {least} m or more"
                 ));
             }
-            let depth = depth(pair, &periods);
-            if depth > slack {
-                return found(format!(
-                    "one reaches {} m into the other, and may {} m: move them apart",
-                    short(depth),
-                    short(slack)
-                ));
+            match depth(pair, &periods) {
+                None => return found("one lies in the other: move them apart".to_owned()),
+                Some(depth) if depth > slack => {
+                    return found(format!(
+                        "one reaches {} m into the other, and may {} m: move them apart",
+                        short(depth),
+                        short(slack)
+                    ));
+                }
+                Some(_) => {}
             }
         }
     }
     None
 }
 
-/// How deep a point of the surface of one of two bodies, of which one is not round, lies in the
-/// other (m); negative where none does.
-fn depth(pair: [&Particle; 2], periods: &[Option<f64>]) -> f64 {
-    let across = |a: &Particle, b: &Particle| {
-        let mut way = Vector3::zeros();
-        for (axis, (from, to)) in a.position.iter().zip(&b.position).enumerate() {
-            let d = to - from;
-            way[axis] = periods[axis].map_or(d, |l| d - l * (d / l).round());
-        }
-        way
-    };
-    // The depth in the solid b of the surface of a.
-    let into = |a: &Particle, b: &Particle| {
-        let Some(solid) = &b.solid else { return f64::NEG_INFINITY };
-        let (from, to) = (a.turn(), b.turn().inverse());
-        let way = across(b, a);
-        let inside = |place: Vector3<f64>| -solid.geometry().nearest(&(to * place)).distance;
-        match &a.solid {
-            None => inside(way) + 0.5 * a.bounding(),
-            Some(other) => {
-                let near = other.points().map(|place| way + from * place);
-                let near = near.filter(|place| place.norm() < 0.5 * b.bounding());
-                near.map(inside).fold(f64::NEG_INFINITY, f64::max)
+/// How deep two bodies overlap of which one is not round (m); negative where they do not, `None`
+/// where it is by more than their edges are rounded.
+fn depth(pair: [&Particle; 2], periods: &[Option<f64>]) -> Option<f64> {
+    let [a, b] = pair;
+    let mut way = Vector3::zeros();
+    for (axis, (from, to)) in a.position.iter().zip(&b.position).enumerate() {
+        let d = to - from;
+        way[axis] = periods[axis].map_or(d, |l| d - l * (d / l).round());
+    }
+    let pose =
+        |body: &Particle, place| Pose { place, orientation: body.turn().to_rotation_matrix() };
+    let poses = [pose(a, Vector3::zeros()), pose(b, way)];
+    let [own, other] = pair.map(parts);
+    let mut deepest = f64::NEG_INFINITY;
+    for first in own.iter() {
+        for second in other.iter() {
+            let apart = poses[1].place + poses[1].orientation * second.place
+                - poses[0].orientation * first.place;
+            let near = apart.norm() < first.radius + second.radius;
+            let guess = apart.try_normalize(0.0).unwrap_or(Vector3::x());
+            if near {
+                let found = closest(first, &poses[0], second, &poses[1], &guess)?;
+                deepest = deepest.max(-found.distance);
             }
         }
-    };
-    into(pair[0], pair[1]).max(into(pair[1], pair[0]))
+    }
+    Some(deepest)
+}
+
+/// The convex parts of a body.
+fn parts(body: &Particle) -> Cow<'_, [Part]> {
+    match &body.solid {
+        Some(solid) => Cow::Borrowed(solid.geometry().parts()),
+        None => {
+            let radius = 0.5 * body.bounding();
+            let (place, core) = (Vector3::zeros(), Core::Point);
+            Cow::Owned(vec![Part { place, core, rounding: radius, radius }])
+        }
+    }
 }
 
 /// How far two bodies may overlap (m): as grains do that press on each other, where contacts say

@@ -114,21 +114,11 @@ impl Shapes {
 
     /// The solid that a shape of the key `key` is; `None` of one that is round.
     pub fn solid(&mut self, shape: &Shape, key: &str) -> Result<Option<Solid>, Fault> {
-        let (is, name) = (self.dimension, shape.key());
-        let fits = shape.dimension().is_none_or(|wanted| wanted == is);
-        let others = match is {
-            2 => "an ellipse, a polygon or a clump of discs",
-            _ => "an ellipsoid, a superquadric, a polyhedron or a clump of spheres",
-        };
-        ensure!(
-            fits,
-            key,
-            "a disc is for 2D, a sphere for 3D; this case is {is}D: choose that or {others}"
-        );
-        let key = format!("{key}.{name}");
         if matches!(shape, Shape::Disc(_) | Shape::Sphere(_)) {
             return Ok(None);
         }
+        self.fits(shape, key)?;
+        let key = format!("{key}.{}", shape.key());
         positive(&format!("{key}.diameter"), shape.diameter(), "m")?;
         let typed = self.self_contained(shape.of_diameter(None), &key)?;
         let base = match self.built.iter().find(|solid| solid.typed() == typed) {
@@ -146,6 +136,21 @@ impl Shapes {
             }
         };
         Ok(Some(base.of_diameter(shape.diameter())))
+    }
+
+    /// Refuses a shape of another dimension.
+    pub fn fits(&self, shape: &Shape, key: &str) -> Check {
+        let is = self.dimension;
+        let others = match is {
+            2 => "an ellipse, a polygon or a clump of discs",
+            _ => "an ellipsoid, a superquadric, a polyhedron or a clump of spheres",
+        };
+        ensure!(
+            shape.dimension().is_none_or(|wanted| wanted == is),
+            key,
+            "a disc is for 2D, a sphere for 3D; this case is {is}D: choose that or {others}"
+        );
+        Ok(())
     }
 
     /// The shape with its numbers checked and those of its file in it.

@@ -14,7 +14,7 @@ use mics_shapes::{Geometry, Scaled};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The shape of a body.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,8 +108,6 @@ pub(in crate::config) struct Base {
     diameter: f64,
     /// Those to which it has been scaled, by the bits of their diameters.
     scaled: Mutex<HashMap<u64, Arc<dyn Geometry>>>,
-    /// Points of its surface (m).
-    surface: OnceLock<Vec<Vector3<f64>>>,
 }
 
 /// A shape that is not round, in its own axes. Solids of one shape share it.
@@ -135,13 +133,7 @@ impl Solid {
     pub(in crate::config) fn new(typed: Typed) -> Result<Solid, String> {
         let geometry = typed.geometry()?;
         let diameter = equal_volume_diameter(&*geometry);
-        let base = Base {
-            typed,
-            geometry: geometry.clone(),
-            diameter,
-            scaled: Mutex::default(),
-            surface: OnceLock::new(),
-        };
+        let base = Base { typed, geometry: geometry.clone(), diameter, scaled: Mutex::default() };
         Ok(Solid { base: Arc::new(base), wanted: None, geometry })
     }
 
@@ -221,15 +213,5 @@ impl Solid {
     pub fn reach(&self, axis: usize, orientation: &UnitQuaternion<f64>) -> [f64; 2] {
         let along = orientation.inverse() * Vector3::ith(axis, 1.0);
         [-along, along].map(|n| self.geometry.extent(&n))
-    }
-
-    /// Points of its surface in its own axes (m), a twentieth of its size apart.
-    pub(in crate::config) fn points(&self) -> impl Iterator<Item = Vector3<f64>> {
-        let Base { geometry, surface, diameter, .. } = &*self.base;
-        let points = surface.get_or_init(|| {
-            geometry.surface(0.05 * geometry.radius()).iter().map(|patch| patch.place).collect()
-        });
-        let factor = self.diameter() / diameter;
-        points.iter().map(move |place| factor * place)
     }
 }

@@ -104,6 +104,7 @@ impl Swarm {
             };
             let within = !matches!(shape, Shape::Like(_));
             ensure!(within, key, "like is for [[particle]]: give the shape itself");
+            shapes.fits(&shape, &key)?;
             if let Shape::Disc(Round { diameter }) | Shape::Sphere(Round { diameter }) = shape {
                 positive(&format!("{key}.{}.diameter", shape.key()), diameter, "m")?;
             }

@@ -148,28 +148,13 @@ fn particle(
     let diameter = columns.diameter.map(|column| positive(column, "m")).transpose()?;
     let kind = match columns.shape {
         None => kind,
-        Some(column) => {
-            let wanted = number(column)?;
-            let found = kinds.iter().enumerate().find(|(k, _)| *k as f64 == wanted);
-            found.map(|(_, kind)| kind).ok_or_else(|| {
-                let last = kinds.len() - 1;
-                format!("column `shape` must be a number of `shapes`, 0 to {last}, not {wanted:?}")
-            })?
-        }
+        Some(column) => chosen(kinds, number(column)?)?,
     };
     let orientation = match &columns.turn {
         None => orientation,
         Some(turn) => {
-            let numbers =
-                turn.iter().map(|column| number(*column)).collect::<Result<Vec<_>, _>>()?;
-            let orientation = match numbers[..] {
-                [w, x, y, z] => Orientation::By(By { quaternion: [w, x, y, z] }),
-                _ => Orientation::Plane(numbers[0].to_degrees()),
-            };
-            orientation
-                .check("columns `qw` to `qz`", dimension)
-                .map_err(|fault| format!("columns `qw` to `qz`: {}", fault.message))?;
-            Some(orientation)
+            let numbers = turn.iter().map(|column| number(*column));
+            Some(turned(&numbers.collect::<Result<Vec<_>, _>>()?)?)
         }
     };
     let mut particle = swarm.particle(kind.made(diameter, orientation), place);
@@ -190,4 +175,25 @@ fn particle(
         });
     }
     Ok(particle)
+}
+
+/// The kind of this number in `shapes`.
+fn chosen(kinds: &[Kind], wanted: f64) -> Result<&Kind, String> {
+    let found = kinds.iter().enumerate().find(|(k, _)| *k as f64 == wanted);
+    found.map(|(_, kind)| kind).ok_or_else(|| {
+        let last = kinds.len() - 1;
+        format!("column `shape` must be a number of `shapes`, 0 to {last}, not {wanted:?}")
+    })
+}
+
+/// The orientation of an angle (rad) or the four numbers of a quaternion.
+fn turned(numbers: &[f64]) -> Result<Orientation, String> {
+    let [w, x, y, z] = numbers[..] else {
+        return Ok(Orientation::Plane(numbers[0].to_degrees()));
+    };
+    let (orientation, columns) =
+        (Orientation::By(By { quaternion: [w, x, y, z] }), "columns `qw` to `qz`");
+    let checked = orientation.check(columns, 3);
+    checked.map_err(|fault| format!("{columns}: {}", fault.message))?;
+    Ok(orientation)
 }
