@@ -74,8 +74,8 @@ const FUNCTIONS: &str = "PetscInitialize|PetscFinalize|PetscInitialized|PetscPus
     |GetResidualNorm|SetResidualHistory|GetResidualHistory|GetInitialGuessNonzero)\
     |PC(Register|SetType|GetOperators|Reset)|PCShellSet(Apply|ApplyTranspose\
     |SetUp|Name)\
-    |KSPConvergedReasons|MPI_(Allreduce|Allgatherv|Sendrecv|Isend|Irecv|Waitall|Comm_rank|Comm_size|Gatherv|Bcast\
-    |Barrier|Send|Recv)";
+    |KSPConvergedReasons|MPI_(Allreduce|Allgatherv|Sendrecv|Isend|Irecv|Waitall|Comm_rank\
+    |Comm_size|Gatherv|Bcast|Barrier|Send|Recv)";
 
 const VARIABLES: &str = "PETSC_COMM_WORLD|PETSC_VERSION_.*|ompi_mpi_(double|float|int|byte\
     |comm_world|op_sum|op_max|op_min)\

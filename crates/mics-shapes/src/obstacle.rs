@@ -1,11 +1,11 @@
 //! Obstacles: walls of any shape that stand in the domain or cross its sides, concave too.
 //!
 //! ```text
-//!      ____________________     the solid is closed: the outline of a bed goes on below the domain.
-//!     |          __        |    Of its surface only what lies within the domain is a wall: parts on
-//!     |_______ ,'  `.______|    a side of the domain, or beyond one, are none, so that no distance
-//!     :///////'//////`/////:    is measured to them. Across a periodic side the walls go on with
-//!     :////////////////////:    their images.
+//!      ____________________     the solid is closed: a bed's outline goes on below the domain.
+//!     |          __        |    Of its surface only what lies within the domain is a wall: parts
+//!     |_______ ,'  `.______|    on a side of the domain, or beyond one, are none, so that no
+//!     :///////'//////`/////:    distance is measured to them. Across a periodic side the walls go
+//!     :////////////////////:    on with their images.
 //! ```
 //! Distances are from the nearest triangle, with the sign by the pseudo-normals of its corners and
 //! edges (Baerentzen and Aanaes 2005, doi 10.1109/TVCG.2005.49); fractions are exact
