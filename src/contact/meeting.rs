@@ -20,45 +20,50 @@ pub(super) struct InverseMass {
     pub(super) mass: Vector3<f64>,
     /// 1/(kg m2).
     pub(super) inertia: InverseInertia,
-    /// Moments of inertia in its own axes of a body that tumbles (kg m2).
-    own: Option<Matrix3<f64>>,
     pub(super) accelerations: Accelerations,
 }
 
-/// How a body's spin responds to an angular impulse (1/(kg m2)).
+/// How a body's spin responds to an angular impulse (1/(kg m2)): a symmetric tensor in the axes of
+/// the box.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum InverseInertia {
-    /// By the axes of the box.
-    Axes(Vector3<f64>),
-    /// In the axes of the box.
-    Tensor(Matrix3<f64>),
+pub(super) struct InverseInertia {
+    diagonal: Vector3<f64>,
+    /// Its entries yz, zx and xy: zero of a body that does not tumble.
+    beside: Vector3<f64>,
 }
 
 impl InverseInertia {
+    /// None: nothing turns it.
+    const NONE: InverseInertia = InverseInertia {
+        diagonal: Vector3::new(0.0, 0.0, 0.0),
+        beside: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// That of a symmetric tensor.
+    fn new(tensor: &Matrix3<f64>) -> InverseInertia {
+        let beside = Vector3::new(tensor[(1, 2)], tensor[(2, 0)], tensor[(0, 1)]);
+        InverseInertia { diagonal: tensor.diagonal(), beside }
+    }
+
     /// What an angular impulse (N m s) changes of the spin (rad/s).
     #[inline]
     pub(super) fn of(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
-        match self {
-            InverseInertia::Axes(inverse) => inverse.component_mul(impulse),
-            InverseInertia::Tensor(inverse) => inverse * impulse,
-        }
+        let (j, [yz, zx, xy]) = (impulse, <[f64; 3]>::from(self.beside));
+        let beside = Vector3::new(xy * j.y + zx * j.z, xy * j.x + yz * j.z, zx * j.x + yz * j.y);
+        self.diagonal.component_mul(j) + beside
     }
 
     /// The largest about an axis.
     #[inline]
     pub(super) fn max(&self) -> f64 {
-        match self {
-            InverseInertia::Axes(inverse) => inverse.max(),
-            InverseInertia::Tensor(inverse) => inverse.diagonal().max(),
-        }
+        self.diagonal.max()
     }
 }
 
 pub(super) const RIGID: InverseMass = InverseMass {
     whole: 0.0,
     mass: Vector3::new(0.0, 0.0, 0.0),
-    inertia: InverseInertia::Axes(Vector3::new(0.0, 0.0, 0.0)),
-    own: None,
+    inertia: InverseInertia::NONE,
     accelerations: Accelerations {
         acceleration: Vector3::new(0.0, 0.0, 0.0),
         angular: Vector3::new(0.0, 0.0, 0.0),
@@ -77,25 +82,20 @@ impl InverseMass {
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
         let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
         let inverse = match inertia {
-            Inertia::Tensor(_) if body.tumbles() => {
-                InverseInertia::Tensor(inertia.inverse(&freedom))
-            }
-            Inertia::Tensor(_) => InverseInertia::Axes(inertia.inverse(&freedom).diagonal()),
-            Inertia::Same(_) => {
-                InverseInertia::Axes(inertia.inverse_mass(&Vector3::repeat(1.0), &freedom))
-            }
+            Inertia::Tensor(_) if body.tumbles() => InverseInertia::new(&inertia.inverse(&freedom)),
+            Inertia::Tensor(_) => InverseInertia {
+                diagonal: inertia.inverse(&freedom).diagonal(),
+                ..InverseInertia::NONE
+            },
+            Inertia::Same(_) => InverseInertia {
+                diagonal: inertia.inverse_mass(&Vector3::repeat(1.0), &freedom),
+                ..InverseInertia::NONE
+            },
         };
         InverseMass {
             whole: 1.0 / mass,
             mass: along / mass,
             inertia: inverse,
-            own: match inertia {
-                Inertia::Tensor(i) if body.tumbles() => {
-                    let turn = body.orientation();
-                    Some(turn.transpose() * i * turn.matrix())
-                }
-                _ => None,
-            },
             accelerations: Accelerations {
                 acceleration: accelerations.acceleration.component_mul(&along),
                 angular: accelerations.angular.component_mul(&about),
@@ -103,11 +103,12 @@ impl InverseMass {
         }
     }
 
-    /// Takes how a body that tumbles is turned now.
-    pub(super) fn turn(&mut self, body: &Body, orientation: &Orientation) {
-        if let (Some(own), Some(freedom)) = (self.own, body.freedom()) {
+    /// Takes how a body that tumbles is turned now, by its moments of inertia in its own axes (kg
+    /// m2).
+    fn turn(&mut self, body: &Body, own: &Matrix3<f64>, orientation: &Orientation) {
+        if let (true, Some(freedom)) = (body.tumbles(), body.freedom()) {
             let tensor = orientation.matrix() * own * orientation.matrix().transpose();
-            self.inertia = InverseInertia::Tensor(Inertia::Tensor(tensor).inverse(&freedom));
+            self.inertia = InverseInertia::new(&Inertia::Tensor(tensor).inverse(&freedom));
         }
     }
 
@@ -255,7 +256,7 @@ impl Contacts {
             middle.turn_freely(0.5 * h);
             let orientation = middle.orientation();
             self.poses[k] = Pose { place: body.centre + 0.5 * h * body.velocity, orientation };
-            self.inverse_masses[k].turn(body, &orientation);
+            self.inverse_masses[k].turn(body, &self.own_inertias[k], &orientation);
         }
     }
 
@@ -263,6 +264,9 @@ impl Contacts {
     pub(super) fn deepest_allowed(&self, pair: &Pair, bodies: &[Body]) -> (f64, f64) {
         let of = |k: usize, part: usize| {
             let Some(body) = bodies.get(k) else { return (f64::INFINITY, f64::INFINITY) };
+            if body.is_round() {
+                return (body.radius(), body.radius());
+            }
             body.parts().get(part).map_or((body.radius(), body.radius()), |part| {
                 (part.radius, if part.core == Core::Point { part.radius } else { part.rounding })
             })

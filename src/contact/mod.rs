@@ -58,7 +58,7 @@ pub use law::{Damping, Laws, Material};
 pub use lubrication::Medium;
 use meeting::{InverseMass, RIGID};
 use mics_shapes::Pose;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use pair::{Pair, crossed};
 pub use stiffness::Impact;
 use substep::TangentialForce;
@@ -140,6 +140,9 @@ pub struct Contacts {
     tangential_forces: Vec<TangentialForce>,
     /// Per body that is not round, its pose in the middle of the substep.
     poses: Vec<Pose>,
+    /// Per body that is not round, its moments of inertia in its own axes, with the fluid that
+    /// turns with it (kg m2).
+    own_inertias: Vec<Matrix3<f64>>,
     /// Per body, its way since the search when the next substep is done (m), and by how much it has
     /// turned in the step (rad).
     reach: Vec<f64>,
@@ -193,6 +196,7 @@ impl Contacts {
             tangential_forces: Vec::with_capacity(8 * parts),
             constraints: Vec::with_capacity(8 * parts),
             poses: vec![Pose::default(); n],
+            own_inertias: vec![Matrix3::zeros(); n],
             clusters: Clusters::new(n),
             reach: vec![0.0; n],
             turned: vec![Vector3::zeros(); n],
@@ -311,8 +315,13 @@ impl Contacts {
         turning: impl Fn(usize, &Body) -> Inertia,
     ) {
         for (i, (body, accelerations)) in bodies.iter().zip(accelerations).enumerate() {
+            let inertia = turning(i, body);
+            if let Inertia::Tensor(tensor) = inertia {
+                let turn = body.orientation();
+                self.own_inertias[i] = turn.transpose() * tensor * turn.matrix();
+            }
             self.inverse_masses[i] =
-                InverseMass::of(body, accelerations, self.mass_in_contact(body), &turning(i, body));
+                InverseMass::of(body, accelerations, self.mass_in_contact(body), &inertia);
         }
         self.pairs.clear();
         let (kept, periods) = (touching.springs.iter(), &self.periods);

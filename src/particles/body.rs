@@ -238,6 +238,7 @@ impl Body {
 
     /// The same but for the orientation of a round body: by the vector that is returned (rad),
     /// which is [`Body::rotate`]'s, at once or summed up; nothing of others.
+    #[inline]
     pub fn shift(
         &mut self,
         dt: f64,
