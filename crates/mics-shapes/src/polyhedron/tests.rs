@@ -1,6 +1,7 @@
 use super::*;
 use crate::patches;
 use crate::scatter::{feet, lattice, scatter};
+use crate::{Obstacle, Room};
 use nalgebra::Rotation3;
 
 /// A box turned by a vector (rad).
@@ -152,4 +153,26 @@ fn faults_of_polyhedra_say_what_is_wrong() {
     dented.push([corner[2], corner[0], middle]);
     let body = Polyhedron::new(&dented, 0.0).unwrap();
     assert!((body.hull_excess() - 1.0 / 11.0).abs() < 1e-12, "{}", body.hull_excess());
+}
+
+/// Beside the same surface as a mesh in a tree, which knows nothing of lists of faces.
+#[test]
+fn nearest_point_of_polyhedron_is_that_of_its_triangles() {
+    let plate = cuboid(Vector3::new(0.9, 0.5, 0.05), Vector3::new(0.3, 1.0, -0.4));
+    for mesh in [stone(60), stone(300), plate] {
+        let body = Polyhedron::new(&mesh, 0.0).unwrap();
+        let room = Room { size: Vector3::repeat(20.0), periodic: [false; 3] };
+        let middle = Vector3::repeat(10.0);
+        let moved: Vec<_> =
+            body.triangles(1.0).iter().map(|t| t.map(|corner| corner + middle)).collect();
+        let tree = Obstacle::surface(&moved, &room).unwrap();
+        let mut worst = 0.0f64;
+        for k in 0..20000 {
+            let point = 1.3 * Vector3::from_fn(|a, _| scatter(3 * k + a));
+            let (found, exact) = (body.nearest(&point).distance, tree.nearest(&point).distance);
+            worst = worst.max((found - exact).abs());
+        }
+        println!("{} faces: {worst:.1e} m off", body.face_count());
+        assert!(worst < 1e-9, "{worst:e}");
+    }
 }
