@@ -7,6 +7,7 @@ mod cells;
 mod describe;
 mod diagnostics;
 mod insertion;
+mod sides;
 
 use crate::clock::Stage;
 use crate::config::{Case, WallRule};
@@ -24,9 +25,10 @@ use crate::scheme::Limits;
 use crate::state::{Readable, State};
 use crate::{Error, Result};
 pub(crate) use build::impact;
-use build::{axes, body, boundary, method, mixture, refuse_shapes, scatter, solver};
+use build::{axes, body, method, mixture, refuse_shapes, scatter, solver};
 pub use cells::read_case;
 use nalgebra::Vector3;
+use sides::boundary;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -58,7 +60,8 @@ pub struct Scene<const D: usize> {
 /// What a library's user adds to the scene of a case.
 #[derive(Clone, Default)]
 pub struct Additions {
-    /// Bodies in place of the case's particles: of any shape.
+    /// Bodies in place of the case's particles: of any shape. The case's obstacles come after
+    /// them.
     pub bodies: Option<Vec<Body>>,
     /// Forces per volume on the fluid.
     pub forces: Vec<Arc<dyn Force>>,
@@ -112,6 +115,7 @@ impl<const D: usize> Scene<D> {
     pub fn extended(session: &Session, case: &Case, mut added: Additions) -> Result<Scene<D>> {
         let own = || case.particle.iter().map(body).collect();
         let mut bodies: Vec<Body> = added.bodies.take().unwrap_or_else(own);
+        bodies.extend(case.obstacle.iter().map(|obstacle| build::obstacle(case, obstacle)));
         bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
         refuse_shapes::<D>(case, &bodies)?;
         let (domain, solver_reason) = build_domain(session, case, &bodies, &added)?;
@@ -376,11 +380,12 @@ fn build_domain<const D: usize>(
         if sharp { sharp::ghost_width(&case.spacings(), &case.numerics).1 } else { GHOSTS };
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
-    let kinds =
-        std::array::from_fn(|a| [0, 1].map(|s| boundary(&grid, [a, s], &case.boundary[a][s])));
+    let kinds = std::array::from_fn(|a| {
+        [0, 1].map(|s| boundary(&grid, [a, s], &case.boundary[a][s], bodies))
+    });
     let parabola = case.coupling.wall == WallRule::Sharp;
     let mut boundaries = Boundaries::new(session, &layout, &grid, kinds, parabola);
-    for (at, of) in build::sides::<D, _>(case, &added.sides)? {
+    for (at, of) in sides::sides::<D, _>(case, &added.sides)? {
         boundaries.follow(&grid, at, of);
     }
     let sides_work = session.anywhere(boundaries.do_work())?;

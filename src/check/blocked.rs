@@ -22,7 +22,7 @@ pub fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
     let (grid, bodies) = (&scene.domain.grid, &scene.state.bodies);
     let way = find_shut(case, grid, bodies, |_| true)?;
     Some(format!(
-        "warning      the particles shut the channel {way}, as far as this grid shows gaps between \
+        "warning      the bodies shut the channel {way}, as far as this grid shows gaps between \
         them: what is driven through it has no meaning; open it, or use more cells"
     ))
 }
@@ -38,9 +38,9 @@ pub fn refuse_shut<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<
     let way = if enters { find_shut(case, grid, bodies, fixed) } else { None };
     way.map_or(Ok(()), |way| {
         Err(loaded.error_at(
-            "particle",
+            if case.particle.is_empty() { "obstacle" } else { "particle" },
             format!(
-                "the fixed particles shut the channel {way}, as far as this grid shows gaps \
+                "what is fixed shuts the channel {way}, as far as this grid shows gaps \
                 between them: what comes in cannot leave; open a way, or use more cells"
             ),
         ))

@@ -79,11 +79,11 @@ impl LargestSpeed {
     /// the stream where there are no bodies, and by the `least` one (m) beside them.
     fn of_stream(case: &Case, least: f64) -> Option<LargestSpeed> {
         let speed = case.reference_speed?;
-        let held = case.particle.iter().any(|p| !p.is_free());
+        let held = !case.obstacle.is_empty() || case.particle.iter().any(|p| !p.is_free());
         let (factor, beside) =
             if held { (BESIDE, " beside what is held in it") } else { (1.0, "") };
         let open = if passes_over_a_bed(case) { 1.0 - solid_fraction(case) } else { 1.0 };
-        let stream = case.stream.as_ref().filter(|_| case.particle.is_empty());
+        let stream = case.stream.as_ref().filter(|_| !case.has_bodies());
         let along = |v: &Vec<f64>| {
             speed / v.iter().zip(case.spacings()).map(|(v, h)| v.abs() / h).sum::<f64>()
         };

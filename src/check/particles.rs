@@ -2,7 +2,7 @@
 //! contacts and overlaps.
 
 use crate::Result;
-use crate::config::{Case, Contact, Loaded, Particle, Side, WallRule};
+use crate::config::{Case, Contact, Loaded, Obstacle, Particle, Side, WallRule};
 use crate::particles::Body;
 use crate::scene::Scene;
 use crate::words::{brief, whole};
@@ -21,13 +21,14 @@ const USUAL: std::ops::Range<f64> = 0.01..100.0;
 
 /// The particles and their materials, with what may be wrong with them.
 pub fn describe(case: &Case) -> Vec<String> {
-    let words = case.describe_particles();
+    let words = [case.describe_particles(), case.describe_obstacles()].concat();
     let mut lines: Vec<String> =
         words.into_iter().map(|(label, words)| format!("{label:<13}{words}")).collect();
     let materials = case.contact.iter().flat_map(Contact::describe);
     lines.extend(materials.map(|words| format!("materials    {words}")));
     lines.extend(untouchable(case));
     lines.extend(unresolved(case));
+    lines.extend(thin_obstacles(case));
     lines.extend(unusual(case));
     lines.extend(out_of_range(case));
     lines.extend(mixed_impacts(case));
@@ -56,7 +57,9 @@ pub fn refuse_below_a_cell(loaded: &Loaded) -> Result<()> {
 /// Bodies that may touch where the case says nothing of contacts.
 fn untouchable(case: &Case) -> Option<String> {
     let solid = |side: &Side| !matches!(side, Side::Periodic | Side::Outflow);
-    let meets = case.particle.len() > 1 || case.boundary.iter().flatten().any(solid);
+    let meets = case.particle.len() > 1
+        || !case.obstacle.is_empty()
+        || case.boundary.iter().flatten().any(solid);
     let free = case.contact.is_none() && case.particle.iter().any(Particle::is_free);
     (free && meets).then(|| {
         "notice       the case has no [contact]: the run ends as soon as a free particle touches \
@@ -67,7 +70,7 @@ fn untouchable(case: &Case) -> Option<String> {
 
 /// Bodies in a fluid without viscosity, which slips along the walls of the box.
 pub fn sticks(case: &Case) -> Option<String> {
-    let sticks = case.fluid.viscosity == 0.0 && !case.particle.is_empty();
+    let sticks = case.fluid.viscosity == 0.0 && case.has_bodies();
     let words = "warning      bodies are no-slip even at zero viscosity: the start from rest \
         is right; drag, wakes and light bodies at walls are not";
     sticks.then(|| words.into())
@@ -122,6 +125,23 @@ pub fn unresolved(case: &Case) -> Option<String> {
             thinnest_words(case)
         )
     })
+}
+
+/// Obstacles with parts that are too thin for the grid.
+fn thin_obstacles(case: &Case) -> Vec<String> {
+    let widest = case.spacings().into_iter().fold(0.0, f64::max);
+    let thin = |(k, o): (usize, &Obstacle)| {
+        let cells = o.wall.thickness() / widest;
+        (cells < RESOLVED).then(|| {
+            format!(
+                "warning      {} is {} cells thick at its thinnest: {RESOLVED} or more are needed \
+                on both sides of a wall to be resolved",
+                case.called(case.particle.len() + k),
+                brief(cells)
+            )
+        })
+    };
+    case.obstacle.iter().enumerate().filter_map(thin).collect()
 }
 
 /// How the cells across the thinnest part of any particle are said: that of a round one is all of

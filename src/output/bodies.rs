@@ -17,7 +17,11 @@ const ALONG: f64 = 32.0;
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write(path: &Path, time: f64, bodies: &[Body], forces: &[Vector3<f64>]) -> Result<()> {
+pub fn write<'a>(
+    path: &Path,
+    time: f64,
+    bodies: impl Iterator<Item = (&'a Body, Vector3<f64>)>,
+) -> Result<()> {
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" \
         byte_order=\"LittleEndian\">\n<PolyData>\n<FieldData>\n\
@@ -25,11 +29,12 @@ pub fn write(path: &Path, time: f64, bodies: &[Body], forces: &[Vector3<f64>]) -
              format=\"ascii\">{time:?}</DataArray>\n</FieldData>\n"
     );
     let mut piece = Piece::default();
-    for (k, (body, force)) in bodies.iter().zip(forces).enumerate() {
+    let bodies: Vec<_> = bodies.collect();
+    for (k, (body, force)) in bodies.iter().enumerate() {
         piece.put(body, force, body.centre, body.velocity, body.shape().is_round());
         piece.vertices.push(vec![k]);
     }
-    bodies.iter().zip(forces).for_each(|(body, force)| piece.put_surface(body, force));
+    bodies.iter().for_each(|(body, force)| piece.put_surface(body, force));
     piece.write(&mut text);
     text += "</PolyData>\n</VTKFile>\n";
     replace(path, text.as_bytes())
@@ -180,7 +185,8 @@ mod tests {
         let turned = UnitQuaternion::from_scaled_axis(Vector3::z() * 0.7);
         let mut moved = at(0.25);
         (moved.id, moved.velocity, moved.orientation) = (7, Vector3::new(3.0, -4.0, 0.0), turned);
-        write(&path, 0.1, &[at(0.4), moved], &[Vector3::zeros(); 2]).unwrap();
+        let bodies = [at(0.4), moved];
+        write(&path, 0.1, bodies.iter().map(|body| (body, Vector3::zeros()))).unwrap();
         let poses = read(&path).unwrap();
         assert_eq!((poses.len(), poses[&0].centre, poses[&0].speed), (2, [0.4, 0.5, 0.0], 0.0));
         assert_eq!((poses[&7].centre, poses[&7].speed), ([0.25, 0.5, 0.0], 5.0));
@@ -200,7 +206,7 @@ mod tests {
         let mut body = Body::new(shape, 1.0, 0.0, Vector3::new(5.0, 5.0, 0.0));
         body.orientation = UnitQuaternion::from_scaled_axis(Vector3::z() * FRAC_PI_4);
         (body.velocity, body.spin) = (Vector3::new(1.0, 0.0, 0.0), Vector3::z());
-        write(&path, 0.0, &[body], &[Vector3::zeros()]).unwrap();
+        write(&path, 0.0, std::iter::once((&body, Vector3::zeros()))).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains("NumberOfPoints=\"5\" NumberOfVerts=\"1\" NumberOfLines=\"4\""));
         let numbers = |name: &str, width: usize| -> Vec<f64> {

@@ -14,9 +14,9 @@ use crate::state::Exchange;
 use crate::state::State;
 use crate::{Error, Result};
 pub use log::Log;
-use mics_run::bodies::PREFIX as BODIES;
+use mics_run::bodies::{OBSTACLES as OBSTACLE_SURFACES, PREFIX as BODIES};
 use mics_run::file::replace;
-use mics_run::folder::SOLVES;
+use mics_run::folder::{OBSTACLES, SOLVES};
 use mics_run::vti::write_series;
 pub use permission::may_use;
 use permission::{PART, RUN, clear, delete, lock};
@@ -35,6 +35,7 @@ pub struct Folder {
     pub path: PathBuf,
     steps: Rows,
     particles: Option<Rows>,
+    obstacles: Option<Rows>,
     probes: Option<Rows>,
     passages: Option<Rows>,
     solves: Option<Rows>,
@@ -53,6 +54,8 @@ pub struct Marks {
     steps: u64,
     /// Bytes of `particles.csv`, where there is one.
     particles: Option<u64>,
+    /// Bytes of `obstacles.csv`, where there is one.
+    obstacles: Option<u64>,
     /// Bytes of `probes.csv`, where there is one.
     probes: Option<u64>,
     /// Bytes of `passages.csv`, where there is one.
@@ -73,6 +76,7 @@ impl Marks {
         Marks {
             steps: bytes,
             particles: Some(bytes),
+            obstacles: None,
             probes: None,
             passages: None,
             solves: None,
@@ -85,9 +89,10 @@ impl Marks {
 
 impl Checkpointed for Marks {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Marks { steps, particles, probes, passages, solves, log, progress, snapshots } = self;
+        let Marks { steps, particles, obstacles, probes, passages, solves, log, .. } = self;
         archive.label("logs")?;
-        archive.serialize([steps, particles, probes, passages, solves, log, progress, snapshots])
+        archive.serialize([steps, particles, obstacles, probes, passages, solves, log])?;
+        archive.serialize([&mut self.progress, &mut self.snapshots])
     }
 }
 
@@ -117,8 +122,11 @@ impl Folder {
         log.file = Some(Rows::create(&path.join("log.txt"), "")?);
         Ok(Folder {
             steps: Rows::create(&path.join("steps.csv"), &step_columns(s))?,
-            particles: (!s.bodies.is_empty() || !s.waiting.is_empty())
+            particles: (s.bodies.iter().any(|body| !body.is_obstacle()) || !s.waiting.is_empty())
                 .then(|| Rows::create(&path.join("particles.csv"), &particle_columns(D)))
+                .transpose()?,
+            obstacles: (s.bodies.iter().any(Body::is_obstacle))
+                .then(|| Rows::create(&path.join(OBSTACLES), &particle_columns(D)))
                 .transpose()?,
             probes: match case.probe.is_empty() {
                 true => None,
@@ -146,6 +154,8 @@ impl Folder {
             (path.join("steps.csv"), path.join("particles.csv"), path.join("log.txt"));
         Rows::fits(&steps, marks.steps)?;
         marks.particles.map(|length| Rows::fits(&particles, length)).transpose()?;
+        let obstacles = path.join(OBSTACLES);
+        marks.obstacles.map(|length| Rows::fits(&obstacles, length)).transpose()?;
         let probes = path.join("probes.csv");
         marks.probes.map(|length| Rows::fits(&probes, length)).transpose()?;
         let passages = path.join(PASSAGES);
@@ -163,9 +173,11 @@ impl Folder {
         fs::create_dir_all(&fields).map_err(Error::io(&fields))?;
         marks.snapshots.retain(|(_, step)| fields.join(fields_file(*step)).exists());
         for file in fs::read_dir(&fields).map_err(Error::io(&fields))?.flatten().map(|e| e.path()) {
-            let step = file
-                .file_stem()
-                .and_then(|s| s.to_str()?.trim_start_matches(BODIES).parse::<u64>().ok());
+            let step = file.file_stem().and_then(|s| {
+                let name = s.to_str()?;
+                let step = name.strip_prefix(BODIES).or(name.strip_prefix(OBSTACLE_SURFACES));
+                step.unwrap_or(name).trim_start_matches('-').parse::<u64>().ok()
+            });
             let later = step.is_some_and(|step| marks.snapshots.iter().all(|(_, s)| *s < step));
             let ending = file.extension().unwrap_or_default();
             if ending == PART || (later && (ending == "vti" || ending == "vtp")) {
@@ -182,6 +194,7 @@ impl Folder {
         let folder = Folder {
             steps: Rows::go_on(&steps, marks.steps)?,
             particles: marks.particles.map(|length| Rows::go_on(&particles, length)).transpose()?,
+            obstacles: marks.obstacles.map(|length| Rows::go_on(&obstacles, length)).transpose()?,
             probes: marks.probes.map(|length| Rows::go_on(&probes, length)).transpose()?,
             passages: marks.passages.map(|length| Rows::go_on(&passages, length)).transpose()?,
             solves: marks.solves.map(|length| Rows::go_on(&solves, length)).transpose()?,
@@ -214,6 +227,7 @@ impl Folder {
         Ok(Marks {
             steps: self.steps.sync()?,
             particles: self.particles.as_mut().map(Rows::sync).transpose()?,
+            obstacles: self.obstacles.as_mut().map(Rows::sync).transpose()?,
             probes: self.probes.as_mut().map(Rows::sync).transpose()?,
             passages: self.passages.as_mut().map(Rows::sync).transpose()?,
             solves: self.solves.as_mut().map(Rows::sync).transpose()?,
@@ -232,9 +246,20 @@ impl Folder {
         bodies: &[Body],
         exchange: &[Exchange],
     ) -> Result<()> {
-        if !bodies.is_empty() {
-            let forces: Vec<_> = exchange.iter().map(|e| e.momentum).collect();
-            bodies::write(&self.path.join("fields").join(vtp(step)), time, bodies, &forces)?;
+        let fields = self.path.join("fields");
+        let write = |name: &str, of: fn(&Body) -> bool| {
+            let own = || bodies.iter().zip(exchange).filter(|(body, _)| of(body));
+            let own = own().map(|(body, e)| (body, e.momentum));
+            bodies::write(&fields.join(name), time, own)
+        };
+        if self.particles.is_some() && !bodies.iter().all(Body::is_obstacle) {
+            write(&vtp(step), |body| !body.is_obstacle())?;
+        }
+        if self.obstacles.is_some() {
+            // Those that rest are where they are.
+            let moves = bodies.iter().any(|body| body.is_obstacle() && body.moves());
+            let step = if moves { format!("-{step:08}") } else { String::new() };
+            write(&format!("{OBSTACLE_SURFACES}{step}.vtp"), Body::is_obstacle)?;
         }
         self.snapshots.push((time, step));
         self.write_series()
@@ -267,6 +292,7 @@ impl Folder {
         self.flushed = Instant::now();
         let files = std::iter::once(&mut self.steps)
             .chain(&mut self.particles)
+            .chain(&mut self.obstacles)
             .chain(&mut self.probes)
             .chain(&mut self.passages)
             .chain(&mut self.solves)

@@ -155,7 +155,7 @@ impl<const D: usize> Statistics<D> {
     pub fn of_case(scene: &Scene<D>, case: &Case) -> Option<Statistics<D>> {
         let plan = case.statistics.as_ref()?;
         // Also of bodies that have yet to come in.
-        let (grid, bodies) = (&scene.domain.grid, !case.particle.is_empty());
+        let (grid, bodies) = (&scene.domain.grid, case.has_bodies());
         let fields = |count: usize| (0..count).map(|_| grid.field()).collect::<Vec<_>>();
         Some(Statistics {
             plan: plan.clone(),

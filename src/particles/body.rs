@@ -213,6 +213,11 @@ impl Body {
         self.centre.iter().chain(&self.velocity).chain(&self.spin).all(|x| x.is_finite())
     }
 
+    /// Whether it is a wall of any shape, which knows the domain that it stands in.
+    pub fn is_obstacle(&self) -> bool {
+        self.shape.is_obstacle()
+    }
+
     /// The directions in which forces move it, where they do.
     pub fn freedom(&self) -> Option<Freedom> {
         if let Motion::Free(freedom) = self.motion { Some(freedom) } else { None }

@@ -74,7 +74,7 @@ impl<const D: usize> Run<'_, D> {
                 body.motion != Motion::Fixed || fixed == FixedRows::Always || s.steps == 0
             };
             let rows = s.bodies.iter().zip(&s.exchange).filter(|(body, _)| shown(body));
-            folder.write_particles(s.steps, s.time, rows, rule)
+            folder.write_bodies(s.steps, s.time, rows, rule)
         })
     }
 

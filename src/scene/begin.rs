@@ -1,7 +1,7 @@
 //! A scene that begins where another run ended.
 
 use super::Scene;
-use crate::config::Case;
+use crate::config::{Case, Motion};
 use crate::method::energy;
 use crate::state::{Balance, State};
 use crate::{Error, Result};
@@ -20,7 +20,10 @@ impl<const D: usize> Scene<D> {
             (case.domain.clone(), (0..D).map(|a| case.periodic(a)).collect::<Vec<_>>())
         };
         let density = |case: &Case| case.fluid.density;
+        let rests = |case: &Case| case.obstacle.iter().all(|o| o.motion == Motion::Fixed);
         let same = method(case) == method(before)
+            && case.obstacle == before.obstacle
+            && rests(case)
             && grid(case) == grid(before)
             && density(case) == density(before);
         let alike = state.surfaces.is_some() == self.state.surfaces.is_some();

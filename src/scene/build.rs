@@ -5,7 +5,7 @@ use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps
 use crate::domain::Domain;
 use crate::drive::Drive;
 use crate::geometry::{Disc, Shape, Solid, Sphere, fraction};
-use crate::grid::{BoundaryKind, Coefficient, Grid, SideVelocity};
+use crate::grid::{Coefficient, Grid};
 use crate::method::Method;
 use crate::method::flow::Flow;
 use crate::method::mics2003::{Choices, Driver, Mics2003};
@@ -48,15 +48,19 @@ pub(super) fn axes<T: Copy + Default, const D: usize>(values: &[T]) -> [T; D] {
     std::array::from_fn(|a| values.get(a).copied().unwrap_or_default())
 }
 
-pub(super) fn body(p: &config::Particle) -> Body {
-    let vector = |v: &[f64]| Vector3::from(axes::<f64, 3>(v));
-    let flat = p.position.len() == 2;
-    let (velocity, spin, motion) = match &p.motion {
+fn vector(v: &[f64]) -> Vector3<f64> {
+    Vector3::from(axes::<f64, 3>(v))
+}
+
+/// The velocity (m/s), spin (rad/s) and motion of a body that begins at a place (m).
+fn motion(given: &config::Motion, place: &[f64]) -> (Vector3<f64>, Vector3<f64>, Motion) {
+    let flat = place.len() == 2;
+    let (velocity, spin, motion) = match given {
         config::Motion::Fixed => (Vector3::zeros(), [0.0; 3], Motion::Fixed),
         config::Motion::Prescribed { velocity, spin, oscillation } => {
             let drift = vector(velocity);
             let path = oscillation.as_ref().map(|o| Oscillation {
-                origin: vector(&p.position),
+                origin: vector(place),
                 drift,
                 amplitude: vector(&o.amplitude),
                 frequency: o.frequency,
@@ -74,6 +78,19 @@ pub(super) fn body(p: &config::Particle) -> Body {
             (vector(velocity), *spin, Motion::Free(freedom))
         }
     };
+    (velocity, Vector3::from(spin), motion)
+}
+
+/// An obstacle of a case, of the fluid's density.
+pub(super) fn obstacle(case: &Case, o: &config::Obstacle) -> Body {
+    let (place, fluid) = (o.wall.centre(), &case.fluid);
+    let shape = Arc::new(Solid(o.wall.geometry().clone()));
+    let mut body = Body::new(shape, fluid.density, fluid.viscosity, vector(place));
+    (body.velocity, body.spin, body.motion) = motion(&o.motion, place);
+    body
+}
+
+pub(super) fn body(p: &config::Particle) -> Body {
     let radius = 0.5 * p.shape.diameter();
     let shape: Arc<dyn Shape> = match &p.shape {
         config::Shape::Disc(_) => Arc::new(Disc { radius }),
@@ -81,7 +98,7 @@ pub(super) fn body(p: &config::Particle) -> Body {
         config::Shape::Solid(solid) => Arc::new(Solid(solid.geometry().clone())),
     };
     let mut body = Body::new(shape, p.density, p.viscosity, vector(&p.position));
-    (body.velocity, body.spin, body.motion) = (velocity, Vector3::from(spin), motion);
+    (body.velocity, body.spin, body.motion) = motion(&p.motion, &p.position);
     (body.orientation, body.angle) = (p.turn(), p.angle());
     body
 }
@@ -103,8 +120,7 @@ pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
 
 /// Whether these bodies have sharp surfaces.
 pub(super) fn walls_are_sharp(case: &Case, bodies: &[Body]) -> bool {
-    case.coupling.wall == config::WallRule::Sharp
-        && !(bodies.is_empty() && case.particle.is_empty())
+    case.coupling.wall == config::WallRule::Sharp && !(bodies.is_empty() && !case.has_bodies())
 }
 
 /// What fills the cells: a property is a field where the bodies' differs and is mixed in.
@@ -294,9 +310,13 @@ pub(super) fn contacts(
             names.len() - 1
         })
     };
-    let name =
+    let particle =
         |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
-    let materials: Vec<usize> = bodies.iter().map(|body| number(name(body.id))).collect();
+    // The case's obstacles are the last bodies.
+    let (own, walls) = bodies.split_at(bodies.len().saturating_sub(case.obstacle.len()));
+    let names_of = own.iter().map(|body| particle(body.id));
+    let names_of = names_of.chain(case.obstacle.iter().map(|o| o.material.as_str()));
+    let materials: Vec<usize> = names_of.take(own.len() + walls.len()).map(&mut number).collect();
     // That of walls along which the fluid slips, and bodies too.
     let slippery = names.len();
     names.push(config::WALL);
@@ -321,69 +341,6 @@ pub(super) fn contacts(
     Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps)
         .rough(law.roughness)
         .with_numerics(case.numerics)
-}
-
-/// The velocity that a side of a case gives.
-struct CaseSide<'a> {
-    side: &'a Side,
-    axis: usize,
-    /// Edges of the box along the side (m).
-    sizes: Vec<f64>,
-}
-
-impl SideVelocity for CaseSide<'_> {
-    fn at(&self, place: &Vector3<f64>, _time: f64) -> Vector3<f64> {
-        match self.side {
-            Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
-            Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
-                let mut along = (0..3).filter(|a| *a != self.axis).map(|a| place[a]);
-                let x: [f64; 2] = std::array::from_fn(|_| along.next().unwrap_or_default());
-                let dimension = self.sizes.len() + 1;
-                let of = |c: usize| self.side.inflow_at(&x, &self.sizes, c);
-                Vector3::from_fn(|c, _| if c < dimension { of(c) } else { 0.0 })
-            }
-            _ => Vector3::zeros(),
-        }
-    }
-}
-
-/// The condition at a side (0 low, 1 high) across an axis.
-pub(super) fn boundary<const D: usize>(
-    grid: &Grid<D>,
-    at: [usize; 2],
-    side: &Side,
-) -> Option<BoundaryKind<D>> {
-    match side {
-        Side::Periodic => None,
-        Side::Outflow => Some(BoundaryKind::Outflow),
-        Side::Slip => Some(BoundaryKind::Slip),
-        _ => {
-            let axis = at[0];
-            let sizes = (0..D).filter(|&a| a != axis).map(|a| grid.size[a]).collect();
-            Some(BoundaryKind::given(grid, at, &CaseSide { side, axis, sizes }, 0.0))
-        }
-    }
-}
-
-/// Which sides of a case, by axis and end, the sides of these names are.
-pub(super) fn sides<const D: usize, T: Clone>(
-    case: &Case,
-    named: &[(String, T)],
-) -> Result<Vec<([usize; 2], T)>> {
-    let find = |(name, of): &(String, T)| {
-        let (face, side) = case
-            .sides()
-            .enumerate()
-            .find_map(|(face, (own, side))| (own == name).then_some((face, side)))
-            .ok_or_else(|| Error::Usage(format!("{name:?} is no side of the case's box")))?;
-        match side {
-            Side::Periodic | Side::Outflow | Side::Slip => Err(Error::Usage(format!(
-                "boundary.{name} gives no velocity in the case: make it a wall or an inflow"
-            ))),
-            _ => Ok(([face / 2, face % 2], of.clone())),
-        }
-    };
-    named.iter().map(find).collect()
 }
 
 /// A reproducible number in [-1, 1) for each integer (the finaliser of SplitMix64).

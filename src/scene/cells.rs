@@ -5,9 +5,9 @@ use crate::config::{Case, Loaded, WallRule, load};
 use crate::method::sharp;
 use std::path::Path;
 
-/// Whether particles have sharp surfaces.
+/// Whether there are sharp surfaces in the fluid.
 fn walls_are_sharp(case: &Case) -> bool {
-    case.coupling.wall == WallRule::Sharp && !case.particle.is_empty()
+    case.coupling.wall == WallRule::Sharp && case.has_bodies()
 }
 
 /// Reads a case as [`load`] does, one that a scene can be built of.

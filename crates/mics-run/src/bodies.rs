@@ -16,6 +16,10 @@ use std::path::{Path, PathBuf};
 /// What the files with bodies begin with, before the number of their step.
 pub const PREFIX: &str = "bodies-";
 
+/// What the files with the surfaces of obstacles begin with: of those that rest there is one file,
+/// of others the number of the step follows.
+pub const OBSTACLES: &str = "obstacles";
+
 /// Where a body is at a moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Pose {
@@ -40,6 +44,18 @@ pub fn beside(snapshot: &Path) -> PathBuf {
     name.push(snapshot.file_stem().unwrap_or_default());
     name.push(".vtp");
     snapshot.with_file_name(name)
+}
+
+/// Reads the bodies of a snapshot's moment, by their numbers: the particles, and obstacles that
+/// move.
+///
+/// # Errors
+/// As those of [`read`].
+pub fn of(snapshot: &Path) -> Result<HashMap<usize, Pose>> {
+    let mut all = read(&beside(snapshot))?;
+    let step = snapshot.file_stem().unwrap_or_default().to_string_lossy();
+    all.extend(read(&snapshot.with_file_name(format!("{OBSTACLES}-{step}.vtp")))?);
+    Ok(all)
 }
 
 /// Reads the bodies of a file, by their numbers; none where there is no

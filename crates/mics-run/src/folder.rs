@@ -10,3 +10,5 @@ pub const SOLVES: &str = "solves.csv";
 pub const BALANCE: &str = "balance.csv";
 /// The report of the run.
 pub const REPORT: &str = "report.html";
+/// Forces on the obstacles.
+pub const OBSTACLES: &str = "obstacles.csv";

@@ -22,6 +22,7 @@ mod ellipsoid;
 mod facets;
 mod flat;
 mod obstacle;
+mod outline;
 mod part;
 mod patches;
 mod placed;

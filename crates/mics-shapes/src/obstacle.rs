@@ -13,7 +13,7 @@
 
 use super::section::Section;
 use super::solid::BoxSection;
-use super::{Fault, Geometry, Nearest, Part, Patch, patches};
+use super::{Fault, Geometry, Nearest, Part, Patch, outline, patches};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector as Place;
@@ -36,7 +36,8 @@ pub struct Room {
     pub periodic: [bool; 3],
 }
 
-/// A wall of any shape, in the axes of the domain; its own origin is the middle of the domain.
+/// A wall of any shape, in the axes of the domain; its own origin is the middle of the domain, or
+/// where [`Obstacle::about`] puts it.
 #[derive(Clone)]
 pub struct Obstacle {
     dimension: usize,
@@ -47,6 +48,8 @@ pub struct Obstacle {
     walls: Vec<[Vector3<f64>; 3]>,
     mesh: TriMesh,
     room: Room,
+    /// The middle of the domain, seen from its own origin (m).
+    middle: Vector3<f64>,
     radius: f64,
     low: Vector3<f64>,
     high: Vector3<f64>,
@@ -61,7 +64,8 @@ impl std::fmt::Debug for Obstacle {
 
 impl PartialEq for Obstacle {
     fn eq(&self, other: &Obstacle) -> bool {
-        self.dimension == other.dimension && self.solid == other.solid && self.room == other.room
+        let of = |o: &Obstacle| (o.dimension, o.room, o.middle);
+        of(self) == of(other) && self.solid == other.solid
     }
 }
 
@@ -94,9 +98,9 @@ impl Obstacle {
         let deep = 10.0 * room.size.xy().amax();
         let mut triangles = Vec::new();
         // All the other way round where that makes more solid than holes.
-        let whole: f64 = outlines.iter().map(|outline| area(outline)).sum();
+        let whole: f64 = outlines.iter().map(|outline| outline::area(outline)).sum();
         for outline in outlines {
-            check_outline(outline)?;
+            outline::check(outline)?;
             for k in 0..outline.len() {
                 let [p, q] = [k, (k + 1) % outline.len()].map(|k| outline[k]);
                 let [p, q] = if whole < 0.0 { [q, p] } else { [p, q] };
@@ -148,9 +152,8 @@ impl Obstacle {
         }
         let (low, high) = (low.sup(&-half), high.inf(&half));
         if walls.is_empty() || (0..dimension).any(|a| low[a] > high[a]) {
-            return Err(Fault("has no part within the domain".to_owned()));
+            return Err(Fault("has no surface within the domain".to_owned()));
         }
-        let radius = low.abs().sup(&high.abs()).norm();
         let mut obstacle = Obstacle {
             dimension,
             whole: mesh_of(&solid)?,
@@ -158,7 +161,8 @@ impl Obstacle {
             solid,
             walls,
             room: *room,
-            radius,
+            middle: Vector3::zeros(),
+            radius: reach(&low, &high),
             low,
             high,
             thickness: 0.0,
@@ -167,19 +171,75 @@ impl Obstacle {
         Ok(obstacle)
     }
 
+    /// The same with its own origin at another place of the domain (m); along periodic axes that
+    /// has to be the middle.
+    ///
+    /// # Errors
+    /// As [`Obstacle::surface`].
+    pub fn about(&self, place: &Vector3<f64>) -> Result<Obstacle, Fault> {
+        let shift = place - self.centre();
+        let moved = |all: &[[Vector3<f64>; 3]]| -> Vec<_> {
+            all.iter().map(|t| t.map(|x| x - shift)).collect()
+        };
+        let (solid, walls) = (moved(&self.solid), moved(&self.walls));
+        let (low, high) = (self.low - shift, self.high - shift);
+        Ok(Obstacle {
+            whole: mesh_of(&solid)?,
+            mesh: mesh_of(&walls)?,
+            solid,
+            walls,
+            middle: self.middle - shift,
+            radius: reach(&low, &high),
+            low,
+            high,
+            ..self.clone()
+        })
+    }
+
+    /// Where its own origin lies in the domain (m).
+    pub fn centre(&self) -> Vector3<f64> {
+        let half = 0.5 * self.room.size;
+        Vector3::from_fn(|a, _| if a < self.dimension { half[a] - self.middle[a] } else { 0.0 })
+    }
+
+    /// Centre of the volume that it has in the domain (m).
+    pub fn centre_of_volume(&self) -> Vector3<f64> {
+        let (volume, first) = self.within_domain();
+        self.centre() + first / volume
+    }
+
+    /// The ends of its surface within the domain along each axis (m).
+    pub fn bounds(&self) -> [Vector3<f64>; 2] {
+        [self.low, self.high].map(|end| end + self.centre())
+    }
+
+    /// Volume within the domain (m3, m2 in 2D) and its first moment about the own origin.
+    fn within_domain(&self) -> (f64, Vector3<f64>) {
+        let half = 0.5 * self.room.size;
+        let edges = [0, 1, 2].map(|a| {
+            let mut edge = Vector3::zeros();
+            if a < self.dimension {
+                edge[a] = half[a];
+            }
+            edge
+        });
+        self.filled(&self.middle, &edges)
+    }
+
     /// How far it is from the middles of its walls straight through the solid to another wall, at
     /// least (m).
     fn find_thickness(&self) -> f64 {
         let size = self.room.size.amax();
+        let off = 1e-6 * size;
         let through = |t: &[Vector3<f64>; 3]| {
             let mut middle = (t[0] + t[1] + t[2]) / 3.0;
             if self.dimension == 2 {
                 middle.z = 0.0;
             }
             let inwards = (t[2] - t[0]).cross(&(t[1] - t[0])).try_normalize(0.0)?;
-            let from = middle + 1e-6 * size * inwards;
+            let from = middle + off * inwards;
             let ray = Ray::new(place(&from), place(&inwards));
-            self.whole.cast_local_ray(&ray, 2.0 * size, false)
+            self.whole.cast_local_ray(&ray, 2.0 * size, false).map(|way| way + off)
         };
         self.walls.iter().filter_map(through).fold(f64::INFINITY, f64::min)
     }
@@ -187,6 +247,12 @@ impl Obstacle {
     /// Its walls, corners counterclockwise seen from outside (m).
     pub fn walls(&self) -> &[[Vector3<f64>; 3]] {
         &self.walls
+    }
+
+    /// The segment that one of its walls stands on in 2D, with the solid on its left; of two
+    /// triangles on one segment the first has it (m).
+    pub fn segment(&self, wall: &[Vector3<f64>; 3]) -> Option<[Vector3<f64>; 2]> {
+        segment(wall).map(|ends| ends.map(|end| end.push(0.0)))
     }
 
     /// Whether a point is within the solid.
@@ -207,6 +273,11 @@ impl Obstacle {
     }
 }
 
+/// How far a box with these ends reaches from the origin (m).
+fn reach(low: &Vector3<f64>, high: &Vector3<f64>) -> f64 {
+    low.abs().sup(&high.abs()).norm()
+}
+
 /// Whether a triangle lies on a side of the domain across an axis.
 fn is_flush(t: &[Vector3<f64>; 3], half: &Vector3<f64>, axis: usize, room: &Room) -> bool {
     let on = ON_SIDE * room.size[axis];
@@ -222,47 +293,9 @@ fn is_wall(t: &[Vector3<f64>; 3], half: &Vector3<f64>, dimension: usize, room: &
     })
 }
 
-/// The area within an outline (m2), negative where it runs clockwise.
-fn area(outline: &[[f64; 2]]) -> f64 {
-    let at = |k: usize| Vector2::from(outline[k % outline.len()]);
-    (0..outline.len()).map(|k| 0.5 * at(k).perp(&at(k + 1))).sum()
-}
-
 /// The segment that a wall along z stands on, once for its two triangles (m).
 fn segment([a, b, _]: &[Vector3<f64>; 3]) -> Option<[Vector2<f64>; 2]> {
     (a.z == b.z).then(|| [a.xy(), b.xy()])
-}
-
-/// Refuses an outline that bounds nothing or crosses itself, with its corners by number.
-fn check_outline(outline: &[[f64; 2]]) -> Result<(), Fault> {
-    let n = outline.len();
-    if n < 3 {
-        return Err(Fault(format!("an outline has {n} corners, and needs three at least")));
-    }
-    if let Some(k) = outline.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-        return Err(Fault(format!("corner {} of an outline is no place", k + 1)));
-    }
-    let at = |k: usize| Vector2::from(outline[k % n]);
-    if let Some(k) = (0..n).find(|k| at(*k) == at(k + 1)) {
-        return Err(Fault(format!("corners {} and {} are one place", k + 1, (k + 1) % n + 1)));
-    }
-    let side = |a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>| (b - a).perp(&(c - a));
-    for i in 0..n {
-        for j in i + 2..n - usize::from(i == 0) {
-            let (a, b, c, d) = (at(i), at(i + 1), at(j), at(j + 1));
-            let apart = side(&a, &b, &c) * side(&a, &b, &d) < 0.0
-                && side(&c, &d, &a) * side(&c, &d, &b) < 0.0;
-            if apart {
-                let why = format!(
-                    "the outline crosses itself: its edges after corners {} and {} do",
-                    i + 1,
-                    j + 1
-                );
-                return Err(Fault(why));
-            }
-        }
-    }
-    Ok(())
 }
 
 impl Geometry for Obstacle {
@@ -276,15 +309,7 @@ impl Geometry for Obstacle {
 
     /// Of what lies within the domain.
     fn volume(&self) -> f64 {
-        let half = 0.5 * self.room.size;
-        let edges = [0, 1, 2].map(|a| {
-            let mut edge = Vector3::zeros();
-            if a < self.dimension {
-                edge[a] = half[a];
-            }
-            edge
-        });
-        self.filled(&Vector3::zeros(), &edges).0
+        self.within_domain().0
     }
 
     /// An obstacle does not respond to forces: as of a ball that holds it.
@@ -314,8 +339,9 @@ impl Geometry for Obstacle {
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let mut all = Vec::new();
         let half = 0.5 * self.room.size;
-        let within =
-            |x: &Vector3<f64>| (0..self.dimension).all(|a| x[a].abs() <= half[a] * (1.0 + ON_SIDE));
+        let within = |x: &Vector3<f64>| {
+            (0..self.dimension).all(|a| (x[a] - self.middle[a]).abs() <= half[a] * (1.0 + ON_SIDE))
+        };
         for [a, b, c] in &self.walls {
             let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { continue };
             if self.dimension == 3 {

@@ -37,32 +37,32 @@ pub fn load(path: &Path, scale: f64) -> Result<Surface, Fault> {
     let mesh = stl_io::create_stl_reader(&mut reader)
         .and_then(|triangles| triangles.collect::<Result<Vec<_>, _>>())
         .map_err(|e| Fault(format!("is no STL file: {e}")))?;
-    let corners = |k: usize| mesh[k].vertices.each_ref().map(|v| v.0);
-    closed((0..mesh.len()).map(corners).collect(), scale)
+    let corner = |v: &stl_io::Vertex| scale * Vector3::from(v.0.map(f64::from));
+    closed(mesh.iter().map(|triangle| triangle.vertices.each_ref().map(corner)).collect())
 }
 
-/// Checks a surface of triangles, whose lengths are `scale` metres.
+/// Checks a surface of triangles (m).
 ///
 /// # Errors
 ///
 /// Those of [`load`].
-pub fn closed(mesh: Vec<[[f32; 3]; 3]>, scale: f64) -> Result<Surface, Fault> {
+pub fn closed(mesh: Vec<[Vector3<f64>; 3]>) -> Result<Surface, Fault> {
     if mesh.is_empty() {
         return Err(Fault("has no triangles".to_owned()));
     }
     let mut notes = Vec::new();
-    let mut numbers: HashMap<[u32; 3], u32> = HashMap::new();
+    let mut numbers: HashMap<[u64; 3], u32> = HashMap::new();
     let mut edges: HashMap<[u32; 2], usize> = HashMap::new();
     let mut triangles = Vec::new();
     let mut flat = 0;
     for (k, corners) in mesh.iter().enumerate() {
-        if corners.iter().flatten().any(|x| !x.is_finite()) {
+        if corners.iter().flat_map(|x| x.iter()).any(|x| !x.is_finite()) {
             return Err(Fault(format!("triangle {} has a corner that is no place", k + 1)));
         }
         // Minus zero is zero.
         let own = corners.map(|corner| {
             let next = numbers.len() as u32;
-            *numbers.entry(corner.map(|x| (x + 0.0).to_bits())).or_insert(next)
+            *numbers.entry(<[f64; 3]>::from(corner).map(|x| (x + 0.0).to_bits())).or_insert(next)
         });
         if own[0] == own[1] || own[1] == own[2] || own[2] == own[0] {
             // Two corners in one: it fills no gap.
@@ -80,7 +80,7 @@ pub fn closed(mesh: Vec<[[f32; 3]; 3]>, scale: f64) -> Result<Surface, Fault> {
                 return Err(Fault(why));
             }
         }
-        triangles.push(corners.map(|corner| scale * Vector3::from(corner.map(f64::from))));
+        triangles.push(*corners);
     }
     if let Some((_, k)) = open_edges(&edges).min_by_key(|(_, k)| **k) {
         let count = open_edges(&edges).count();
@@ -127,34 +127,34 @@ pub fn volume(triangles: &[[Vector3<f64>; 3]]) -> f64 {
 mod tests {
     use super::*;
 
-    fn tetrahedron() -> Vec<[[f32; 3]; 3]> {
-        let [o, x, y, z] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    fn tetrahedron() -> Vec<[Vector3<f64>; 3]> {
+        let [o, x, y, z] = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
         vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]]
     }
 
     #[test]
     fn closed_surface_is_read_and_an_inside_out_one_turned() {
-        let found = closed(tetrahedron(), 2.0).unwrap();
-        assert!((volume(&found.triangles) - 8.0 / 6.0).abs() < 1e-15 && found.notes.is_empty());
+        let found = closed(tetrahedron()).unwrap();
+        assert!((volume(&found.triangles) - 1.0 / 6.0).abs() < 1e-15 && found.notes.is_empty());
         let mut turned = tetrahedron();
         turned.iter_mut().for_each(|corners| corners.swap(0, 1));
-        let found = closed(turned, 1.0).unwrap();
+        let found = closed(turned).unwrap();
         assert!((volume(&found.triangles) - 1.0 / 6.0).abs() < 1e-15);
         assert!(found.notes[0].contains("inside out"));
         let mut doubled = tetrahedron();
         doubled.push([doubled[0][0], doubled[0][0], doubled[0][1]]);
-        assert!(closed(doubled, 1.0).unwrap().notes[0].contains("1 triangles"));
+        assert!(closed(doubled).unwrap().notes[0].contains("1 triangles"));
     }
 
     #[test]
     fn faults_of_surfaces_name_the_triangle() {
-        let fault = |mesh| closed(mesh, 1.0).unwrap_err().0;
+        let fault = |mesh| closed(mesh).unwrap_err().0;
         assert!(fault(Vec::new()).contains("no triangles"));
         let mut mesh = tetrahedron();
         mesh.remove(3);
         assert!(fault(mesh).contains("open: 3 edges"));
         let mut mesh = tetrahedron();
-        mesh[1][2][0] = f32::NAN;
+        mesh[1][2][0] = f64::NAN;
         assert!(fault(mesh).contains("triangle 2"));
         let mut mesh = tetrahedron();
         mesh[2].swap(0, 1);
@@ -171,7 +171,7 @@ mod tests {
             .iter()
             .map(|corners| stl_io::Triangle {
                 normal: stl_io::Normal::new([0.0; 3]),
-                vertices: corners.map(stl_io::Vertex::new),
+                vertices: corners.map(|x| stl_io::Vertex::new(x.map(|x| x as f32).into())),
             })
             .collect();
         let mut bytes = Vec::new();
@@ -179,8 +179,8 @@ mod tests {
         let mut text = "solid stone\n".to_owned();
         for corners in &mesh {
             text += "facet normal 0 0 0\nouter loop\n";
-            for [x, y, z] in corners {
-                text += &format!("vertex {x:e} {y:e} {z:e}\n");
+            for x in corners {
+                text += &format!("vertex {:e} {:e} {:e}\n", x.x, x.y, x.z);
             }
             text += "endloop\nendfacet\n";
         }

@@ -3,7 +3,7 @@
 use super::super::checkpoint;
 use super::tables::{PASSAGES, ROSTER};
 use crate::{Error, Result};
-use mics_run::folder::{BALANCE, FIELDS, PROFILE, REPORT, SOLVES};
+use mics_run::folder::{BALANCE, FIELDS, OBSTACLES, PROFILE, REPORT, SOLVES};
 use mics_run::progress::FILE as PROGRESS;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File};
@@ -12,11 +12,12 @@ use std::path::Path;
 /// Says that a folder holds a run; there from the first moment to the last.
 pub(super) const RUN: &str = "run.json";
 /// What this program writes into a run's folder, and so may delete with `--force`.
-const OURS: [&str; 15] = [
+const OURS: [&str; 16] = [
     "case.toml",
     ROSTER,
     "steps.csv",
     "particles.csv",
+    OBSTACLES,
     "summary.json",
     "log.txt",
     PROGRESS,

@@ -1,5 +1,5 @@
-//! The tables of a run: the columns and rows of `steps.csv`, `particles.csv`, `passages.csv` and
-//! `bodies.csv`. docs/output.md says what each column is.
+//! The tables of a run: the columns and rows of `steps.csv`, `particles.csv`, `obstacles.csv`,
+//! `passages.csv` and `bodies.csv`. docs/output.md says what each column is.
 
 use super::super::rows::Rows;
 use super::Folder;
@@ -12,7 +12,7 @@ use mics_run::file::replace;
 use mics_run::folder::SOLVES;
 use std::path::Path;
 
-/// What `particles.csv` holds; docs/output.md says what each column is.
+/// What `particles.csv` and `obstacles.csv` hold; docs/output.md says what each column is.
 const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,path_x,path_y,path_z,angle,vx,vy,vz,wx,wy,wz,\
     fluid_fx,fluid_fy,fluid_fz,fluid_tx,fluid_ty,fluid_tz,pressure_fx,pressure_fy,pressure_fz,\
     viscous_fx,viscous_fy,viscous_fz,convective_fx,convective_fy,convective_fz,\
@@ -74,7 +74,7 @@ pub(super) fn step_columns<const D: usize>(s: &State<D>) -> String {
     columns.concat()
 }
 
-/// The columns of `particles.csv` in so many dimensions.
+/// The columns of `particles.csv` and `obstacles.csv` in so many dimensions.
 pub(super) fn particle_columns(dimension: usize) -> String {
     [PARTICLE_COLUMNS, if dimension == 3 { ORIENTATION_COLUMNS } else { "" }].concat()
 }
@@ -203,17 +203,23 @@ impl Folder {
         self.probes.as_mut().map_or(Ok(()), |probes| probes.add(line))
     }
 
-    /// Writes a row a particle to `particles.csv`; `fluid_f*` is the force that `rule` names.
-    pub fn write_particles<'a>(
+    /// Writes a row a particle to `particles.csv` and a row an obstacle to `obstacles.csv`;
+    /// `fluid_f*` is the force that `rule` names.
+    pub fn write_bodies<'a>(
         &mut self,
         step: u64,
         time: f64,
         bodies: impl Iterator<Item = (&'a Body, &'a Exchange)>,
         rule: ForceRule,
     ) -> Result<()> {
-        let Some(file) = &mut self.particles else { return Ok(()) };
+        let mut obstacles = 0;
         for (b, e) in bodies {
-            let id = b.id;
+            let (file, id) = match b.is_obstacle() {
+                true => (&mut self.obstacles, obstacles),
+                false => (&mut self.particles, b.id),
+            };
+            let Some(file) = file else { continue };
+            obstacles += usize::from(b.is_obstacle());
             let (force, torque) = match rule {
                 ForceRule::Momentum => (e.momentum, e.momentum_torque),
                 ForceRule::Literal => (e.literal(), e.literal_torque),

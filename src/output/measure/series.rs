@@ -50,6 +50,7 @@ pub fn series(case: &Case) -> Vec<Series> {
         // Of no use to what has none.
         let speed = m.speed.unwrap_or(f64::NAN);
         let diameter = case.particle.get(m.particle).map_or(1.0, |p| p.shape.diameter());
+        let diameter = m.length.unwrap_or(diameter);
         let circle = 0.25 * PI * diameter * diameter;
         let (area, volume) = if case.dimension() == 2 {
             (diameter, circle)

@@ -140,6 +140,8 @@ pub struct Disc {
     pub radius: f64,
     /// The rings that bound what is not round, from its centre; none of a round one.
     pub outline: Vec<Vec<[f64; 2]>>,
+    /// Whether it is an obstacle, whose rings bound it together, and which has a grey of its own.
+    pub wall: bool,
     /// Its grey or colour, from 0 (light) to 1 (dark).
     pub shade: f64,
     /// The part of it that is darker and shows how it is turned: where `m[0] x + m[1] y + m[2] >

@@ -26,6 +26,8 @@ const DIVERGING: [u32; 9] =
 const SEQUENTIAL: [u32; 6] = [0x0d0887, 0x5402a3, 0x8b0aa5, 0xb93289, 0xdb5c68, 0xf48849];
 /// Light to dark, for particles.
 const GREYS: [u32; 2] = [0xd7d7d7, 0x7d7d7d];
+/// Obstacles: darker than any particle.
+const WALL: RGBColor = RGBColor(0x63, 0x63, 0x63);
 /// Light yellow to dark green (ColorBrewer's YlGn without its palest end), for particles that say
 /// something beside the two above.
 const GREENS: [u32; 5] = [0xf7fcb9, 0xaddd8e, 0x78c679, 0x31a354, 0x006837];
@@ -229,6 +231,10 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
     let scale = f64::from(plot.extent.0) / plane.size[0];
     let colours = Palette::particles(plane.scale.as_ref());
     for disc in &plane.discs {
+        if disc.wall {
+            draw_wall(sheet, plot, disc, plane.size);
+            continue;
+        }
         let corners = (disc.radius * scale).clamp(12.0, 128.0) as usize;
         for ring in disc.rings(corners) {
             let rim = in_plane(ring, plane.size);
@@ -236,6 +242,26 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
         }
         write_label(sheet, plot, disc, plane.size, scale);
     }
+}
+
+/// Draws an obstacle: its rings as one area, by way of the first corner of the first one, so that
+/// holes stay open.
+fn draw_wall(sheet: &mut Sheet, plot: &Frame, wall: &Disc, size: [f64; 2]) {
+    let mut area: Vec<Pixel> = Vec::new();
+    let rings = wall.rings(0).into_iter().map(|ring| in_plane(ring, size));
+    let mut rims: Vec<Vec<Pixel>> = Vec::new();
+    for mut rim in
+        rings.map(|ring| ring.iter().map(|at| plot.pixel(at[0], at[1])).collect::<Vec<Pixel>>())
+    {
+        rim.extend(rim.first().copied());
+        area.extend(&rim);
+        area.extend(rims.first().unwrap_or(&rim).first());
+        rims.push(rim);
+    }
+    if area.len() > 3 {
+        sheet.area(area, WALL);
+    }
+    rims.into_iter().for_each(|rim| sheet.line(rim, INK, 3 * THIN / 2));
 }
 
 /// Draws what one ring bounds of a particle, with the part that is marked.

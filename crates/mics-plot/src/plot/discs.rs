@@ -11,7 +11,7 @@
 //! axis but n is seen.
 
 use super::outline::Surface;
-use super::section;
+use super::{section, walls};
 use crate::figure::{Disc, Scale};
 use mics_run::bodies::Pose;
 use mics_run::config::{Case, Motion, Particle};
@@ -203,9 +203,15 @@ pub fn discs(
                 [at[axes[0]] + f64::from(ka) * size[0], at[axes[1]] + f64::from(kb) * size[1]];
             if (0..2).all(|a| centre[a] > -radius && centre[a] < size[a] + radius) {
                 let (outline, label) = (outline.clone(), label.clone());
-                discs.push(Disc { centre, radius, outline, shade, mark, label });
+                discs.push(Disc { centre, radius, outline, shade, mark, label, wall: false });
             }
         }
+    }
+    for (k, obstacle) in case.obstacle.iter().enumerate() {
+        let pose = place(case.particle.len() + k);
+        let outline = walls::rings(case, &obstacle.wall, pose, (axes, height), size);
+        let radius = outline.iter().flatten().map(|at| at[0].hypot(at[1])).fold(0.0, f64::max);
+        discs.push(Disc { radius, outline, wall: true, ..Disc::default() });
     }
     discs
 }

@@ -23,6 +23,7 @@ mod reynolds;
 mod rows;
 mod section;
 mod view;
+mod walls;
 
 use crate::figure::{self, Chart};
 use mics_run::config::{Case, Section, load};
@@ -259,7 +260,7 @@ impl Last {
         let snapshot = Snapshot::read(&path)?;
         let rows = Rows::read(&run.folder, &run.case, &[snapshot.time], &run.asked);
         // The rows of a run that goes on may be behind its snapshots.
-        let poses = bodies::read(&bodies::beside(&path))?;
+        let poses = bodies::of(&path)?;
         let place = |id: usize| {
             if poses.is_empty() { rows.poses(0)(id) } else { poses.get(&id).copied() }
         };

@@ -121,7 +121,7 @@ fn crossings((a, r): (Point, f64), (b, s): (Point, f64)) -> Vec<f64> {
 }
 
 /// The segment in which a triangle meets the plane at `off` along an axis.
-fn cut(corners: &[Vector3<f64>; 3], axis: usize, off: f64) -> Option<[Vector3<f64>; 2]> {
+pub fn cut(corners: &[Vector3<f64>; 3], axis: usize, off: f64) -> Option<[Vector3<f64>; 2]> {
     let height = corners.map(|corner| corner[axis] - off);
     let mut ends = (0..3).filter_map(|k| {
         let (a, b) = (k, (k + 1) % 3);

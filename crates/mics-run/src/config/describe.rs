@@ -1,15 +1,22 @@
 //! Parts of a case in words, for `mics check` and reports.
 
 use super::message::suggest;
-use super::{Case, Contact, Damping, Drive, Loss, Motion, Pair, PairLaw, Particle, Side, Solid};
+use super::{
+    Case, Contact, Damping, Drive, Loss, Motion, Obstacle, Pair, PairLaw, Particle, Side, Solid,
+};
 use crate::words::rounded;
 use std::collections::BTreeSet;
 
 impl Case {
-    /// What a particle is called: its name, with its number where others have the name too; without
-    /// a name its number, from 0.
+    /// What a body is called: its name, with its number where others have the name too; without a
+    /// name its number, from 0. Obstacles follow the particles.
     pub fn called(&self, id: usize) -> String {
         let name = |p: &Particle| p.name.clone();
+        let wall =
+            id.checked_sub(self.particle.len()).and_then(|k| Some((k, self.obstacle.get(k)?)));
+        if let Some((k, obstacle)) = wall {
+            return obstacle.name.clone().unwrap_or(format!("obstacle {k}"));
+        }
         match self.particle.get(id).and_then(name) {
             None => format!("particle {id}"),
             Some(own)
@@ -103,6 +110,32 @@ impl Case {
             (self.called(id), words)
         };
         self.particle.iter().enumerate().map(line).collect()
+    }
+
+    /// What is said of the obstacles, each line with its label.
+    pub fn describe_obstacles(&self) -> Vec<(String, String)> {
+        let widest = self.spacings().into_iter().fold(0.0, f64::max);
+        let line = |(k, o): (usize, &Obstacle)| {
+            let [low, high] = o.wall.bounds();
+            let spans = ["x", "y", "z"].iter().enumerate().take(self.dimension());
+            let spans = spans
+                .map(|(a, x)| format!("{x} from {} to {} m", rounded(low[a]), rounded(high[a])));
+            let thickness = o.wall.thickness();
+            let thin = if thickness.is_finite() {
+                format!("thinnest {} m = {:.1} cells, ", rounded(thickness), thickness / widest)
+            } else {
+                String::new()
+            };
+            let moves = if o.motion == Motion::Fixed { "fixed" } else { "prescribed motion" };
+            let words = format!(
+                "{}, walls within {}, {thin}{moves}, of {}",
+                o.wall.detail(),
+                spans.collect::<Vec<_>>().join(", "),
+                o.material
+            );
+            (self.called(self.particle.len() + k), words)
+        };
+        self.obstacle.iter().enumerate().map(line).collect()
     }
 
     /// A solid in words: what it is, how long and how thick.

@@ -28,6 +28,7 @@ mod resolved;
 mod speeds;
 mod write;
 
+pub use raw::obstacle::Wall;
 pub use raw::shape::solid::{Shape, Solid};
 pub use raw::{
     Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, FixedRows, ForceRule,
@@ -40,7 +41,7 @@ pub use read::{Loaded, load, schema};
 pub use reference::reference;
 pub use resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion,
-    Output, Pair, PairLaw, Particle, Step, Target, Time,
+    Obstacle, Output, Pair, PairLaw, Particle, Step, Target, Time,
 };
 
 /// The material of particles that name none.

@@ -7,7 +7,10 @@ use serde::de::DeserializeOwned;
 
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
-use super::raw::{self, begin, build_shapes, expand, measures, name_particles, pairs, validate};
+use super::raw::{
+    self, begin, build_obstacles, build_shapes, expand, measures, name_particles, off_walls, pairs,
+    validate,
+};
 use super::resolve::resolve;
 use super::resolved::Case;
 use super::write::particle;
@@ -44,8 +47,17 @@ impl Loaded {
 }
 
 /// What makes a flow another one: with overrides of these a reference of the file no longer holds.
-const FLOW: [&str; 8] =
-    ["domain.size", "fluid", "boundary", "particle", "swarm", "initial", "drive", "contact"];
+const FLOW: [&str; 9] = [
+    "domain.size",
+    "fluid",
+    "boundary",
+    "particle",
+    "swarm",
+    "obstacle",
+    "initial",
+    "drive",
+    "contact",
+];
 
 /// Drops the references that the file has of its own flow where overrides make it another one,
 /// unless they give others.
@@ -98,10 +110,12 @@ fn checked(
 ) -> Result<(Case, Vec<String>), Fault> {
     let mut raw = document.to_case()?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let said = build_shapes(&mut raw, folder)?;
+    let mut said = build_shapes(&mut raw, folder)?;
     validate(&raw)?;
+    said.extend(build_obstacles(&mut raw, folder)?);
     begin(&mut raw, folder, read_bodies)?;
     expand(&mut raw, folder, read_bodies)?;
+    off_walls(&raw)?;
     name_particles(&mut raw)?;
     pairs(&raw)?;
     measures(&raw)?;

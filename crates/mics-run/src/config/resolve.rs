@@ -1,17 +1,20 @@
 //! From a checked raw case to values: the defaults that depend on other keys, and one value of keys
 //! that exclude each other.
 
+mod bodies;
+
 use super::direction;
 use super::fault::{Check, Fault, positive};
 use super::raw::{
-    self, Advection, Buoyancy, FixedRows, GradientRule, History, Scheme, Side, Solver, Spin,
-    Stiffness, WallRule, Which,
+    self, Advection, Buoyancy, FixedRows, GradientRule, History, Scheme, Side, Solver, Stiffness,
+    WallRule, Which,
 };
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion,
-    Output, Pair, PairLaw, Particle, Step, Target, Time,
+    Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output,
+    Pair, PairLaw, Particle, Step, Target, Time,
 };
 
+use bodies::{obstacle, particle};
 use nalgebra::Vector3;
 
 /// So many fixed particles beside others are listed one by one; more are a ground.
@@ -49,6 +52,14 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let along_z = bottom.zip(top).map(|(bottom, top)| [bottom, top]);
     let smallest = smallest(&raw.particle);
     let (force, count) = (raw.coupling.force, raw.particle.len());
+    let obstacle: Vec<_> = raw
+        .obstacle
+        .into_iter()
+        .enumerate()
+        .map(|(k, o)| obstacle(k, o, &rest))
+        .collect::<Result<_, _>>()?;
+    let bodies = count + obstacle.len();
+    let moves = resting < count || obstacle.iter().any(|o| o.motion != Motion::Fixed);
     let measures = raw.measure.into_iter().zip(directions);
     let case = Case {
         name: raw.name,
@@ -64,10 +75,11 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
         time: time(
             raw.time,
-            raw.coupling.wall == WallRule::Mixing && count > 0,
-            count > 0,
-            resting < count,
+            raw.coupling.wall == WallRule::Mixing && bodies > 0,
+            bodies > 0,
+            moves,
         )?,
+        obstacle,
         measure: measures
             .map(|(m, direction)| measure(m, direction, reference_speed, (force, count)))
             .collect(),
@@ -131,56 +143,6 @@ fn drive(raw: raw::Drive) -> Drive {
         (None, None) if gravity => Drive::Gravity,
         (None, None) => Drive::HoldMixture,
     }
-}
-
-/// A particle in this fluid; `rest` is no velocity (m/s).
-fn particle(
-    index: usize,
-    raw: raw::Particle,
-    entrance: Vec<(f64, f64)>,
-    fluid: &Fluid,
-    rest: &[f64],
-) -> Result<Particle, Fault> {
-    let shape = raw.built().ok_or_else(|| Fault {
-        key: format!("particle.{index}.shape"),
-        message: "has not been built".to_owned(),
-    })?;
-    let velocity = raw.velocity.clone();
-    let enter = raw.enter.clone().map(|raw::Enter { time, region, gap, seed }| {
-        let (gap, seed) = (gap.unwrap_or(0.0), seed.unwrap_or(1));
-        Enter { time, region, entrance, gap, seed, velocity }
-    });
-    let start = |velocity: Option<Vec<f64>>, spin: Option<Spin>| {
-        let spin = match spin {
-            None => [0.0; 3],
-            Some(Spin::Plane(z)) => [0.0, 0.0, z],
-            Some(Spin::Space(spin)) => spin,
-        };
-        (velocity.unwrap_or_else(|| rest.to_vec()), spin)
-    };
-    let material = raw.material().to_owned();
-    let motion = match raw.motion {
-        raw::Motion::Fixed => Motion::Fixed,
-        raw::Motion::Free => {
-            let (velocity, spin) = start(raw.velocity, raw.spin);
-            Motion::Free { velocity, spin, locked: raw.locked }
-        }
-        raw::Motion::Prescribed(prescribed) => {
-            let (velocity, spin) = start(prescribed.velocity, prescribed.spin);
-            Motion::Prescribed { velocity, spin, oscillation: prescribed.oscillation }
-        }
-    };
-    Ok(Particle {
-        name: raw.name,
-        material,
-        shape,
-        orientation: raw.orientation,
-        density: raw.density.unwrap_or(fluid.density),
-        viscosity: raw.viscosity.unwrap_or(fluid.viscosity),
-        position: raw.position,
-        motion,
-        enter,
-    })
 }
 
 /// The contacts of a case whose smallest particle has this diameter (m).
@@ -267,7 +229,7 @@ fn measure(
     (force, count): (raw::ForceRule, usize),
 ) -> Measure {
     let raw::Measure { name, kind, particle, particles, from, when, speed, force: own, .. } = raw;
-    let raw::Measure { reference, tolerance, source, region, threshold, .. } = raw;
+    let raw::Measure { reference, tolerance, source, region, threshold, length, .. } = raw;
     let all = || (0..count).collect();
     let listed = |particles: Vec<Which>| particles.iter().map(Which::id).collect();
     let group = if kind.is_of_group() { particles.map_or_else(all, listed) } else { Vec::new() };
@@ -284,6 +246,7 @@ fn measure(
         from,
         when,
         speed: speed.or(reference_speed.filter(|_| kind.needs_speed())),
+        length: length.filter(|_| kind.needs_speed()),
         force: own.filter(|_| kind.is_of_force()).unwrap_or(force),
         target: reference.map(target),
     }
@@ -346,7 +309,7 @@ fn checkpoints(key: &str, raw: &raw::Checkpoints) -> Result<Checkpoints, Fault> 
 
 /// Transforms solve for one coefficient everywhere only.
 fn direct(case: &Case) -> Check {
-    let sharp = case.coupling.wall == WallRule::Sharp && !case.particle.is_empty();
+    let sharp = case.coupling.wall == WallRule::Sharp && case.has_bodies();
     let varies = sharp || case.particle.iter().any(|p| p.density != case.fluid.density);
     ensure!(
         !varies || case.pressure.solver != Solver::Direct,
@@ -354,7 +317,7 @@ fn direct(case: &Case) -> Check {
         "\"direct\" solves for one coefficient on all faces, and {}; choose \"auto\" or \
         \"multigrid\"",
         if sharp {
-            "particles with sharp surfaces close some"
+            "bodies with sharp surfaces close some"
         } else {
             "a particle has another density than the fluid"
         }

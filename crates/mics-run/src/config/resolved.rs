@@ -1,6 +1,7 @@
 //! A case with nothing left open. Its fields have the names of the file's tables and keys; an
 //! `Option` is physics that the case does without.
 
+use super::raw::obstacle::Wall;
 use super::raw::shape::solid::Shape;
 use super::raw::{
     Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock, MeanVelocity,
@@ -26,6 +27,8 @@ pub struct Case {
     pub boundary: Vec<[Side; 2]>,
     /// Bodies, those of swarms among them.
     pub particle: Vec<Particle>,
+    /// Walls of any shape. As bodies they have the numbers that follow the particles'.
+    pub obstacle: Vec<Obstacle>,
     /// The fluid at time 0.
     pub initial: Initial,
     /// What moves the fluid besides its boundaries.
@@ -88,6 +91,11 @@ impl Case {
     /// The faces of the box by name, each with its condition.
     pub fn sides(&self) -> impl Iterator<Item = (&'static str, &Side)> {
         FACES.into_iter().zip(self.boundary.iter().flatten())
+    }
+
+    /// Whether there is anything in the fluid: a particle, or an obstacle.
+    pub fn has_bodies(&self) -> bool {
+        !self.particle.is_empty() || !self.obstacle.is_empty()
     }
 
     /// Whether the sides that close this axis are joined.
@@ -175,6 +183,19 @@ impl Particle {
     pub fn angle(&self) -> f64 {
         self.orientation.as_ref().map_or(0.0, Orientation::angle)
     }
+}
+
+/// A wall of any shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Obstacle {
+    /// What measures know it by.
+    pub name: Option<String>,
+    /// What it is.
+    pub wall: Wall,
+    /// What moves it: nothing, or a given motion.
+    pub motion: Motion,
+    /// The name of its material.
+    pub material: String,
 }
 
 /// What moves a body. Velocities (m/s) have a number for each axis; spins (rad/s) are about x, y
@@ -313,7 +334,7 @@ pub struct Measure {
     pub name: String,
     /// What is measured.
     pub kind: MeasureKind,
-    /// Of which particle (its index in the case).
+    /// Of which body: the index of a particle in the case, or of an obstacle, which follow them.
     pub particle: usize,
     /// Of which particles, of a kind that is of several.
     pub particles: Vec<usize>,
@@ -331,6 +352,8 @@ pub struct Measure {
     pub when: Option<When>,
     /// Reference speed (m/s); `None` of what is neither a coefficient nor a frequency.
     pub speed: Option<f64>,
+    /// Reference length (m), where it is not the particle's diameter.
+    pub length: Option<f64>,
     /// Which force.
     pub force: ForceRule,
     /// What it ought to be, where that is known.

@@ -4,8 +4,8 @@
 use super::raw::shape::solid::{Shape, Solid};
 use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Output, PairLaw,
-    Particle, Step,
+    Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Obstacle, Output,
+    PairLaw, Particle, Step,
 };
 use serde::Serialize;
 
@@ -22,6 +22,10 @@ impl Case {
             }
             text.push('\n');
             text += &self::text(&Listed { particle: [body] });
+        }
+        for wall in &self.obstacle {
+            text.push('\n');
+            text += &self::text(&Walls { obstacle: [obstacle(wall)] });
         }
         text
     }
@@ -47,6 +51,12 @@ fn referred(solid: &Solid, index: usize, before: &mut Vec<(usize, Solid)>) -> ra
 #[derive(Serialize)]
 struct Listed {
     particle: [raw::Particle; 1],
+}
+
+/// One of the obstacles of a file.
+#[derive(Serialize)]
+struct Walls {
+    obstacle: [raw::Obstacle; 1],
 }
 
 fn text(part: &impl Serialize) -> String {
@@ -80,6 +90,7 @@ fn file(case: &Case) -> raw::Case {
         },
         particle: Vec::new(),
         swarm: Vec::new(),
+        obstacle: Vec::new(),
         initial: raw::Initial {
             from: case.initial.from.clone(),
             listed: case.initial.from.is_some(),
@@ -103,7 +114,7 @@ fn file(case: &Case) -> raw::Case {
         pressure: case.pressure.clone(),
         petsc: case.petsc.clone(),
         numerics: case.numerics,
-        measure: case.measure.iter().map(|m| measure(m, case.dimension())).collect(),
+        measure: case.measure.iter().map(|m| measure(m, case)).collect(),
         statistics: case.statistics.clone(),
         probe: case.probe.clone(),
         output: output(&case.output),
@@ -121,11 +132,30 @@ fn drive(drive: &Drive) -> raw::Drive {
     raw
 }
 
+/// A spin (rad/s) in so many dimensions.
+fn spin(spin: &[f64; 3], dimension: usize) -> Option<Spin> {
+    Some(if dimension == 2 { Spin::Plane(spin[2]) } else { Spin::Space(*spin) })
+}
+
+/// An obstacle with all of its keys.
+fn obstacle(o: &Obstacle) -> raw::Obstacle {
+    let motion = match &o.motion {
+        Motion::Prescribed { velocity, spin: about, oscillation } => {
+            raw::Moved::Prescribed(raw::Prescribed {
+                velocity: Some(velocity.clone()),
+                spin: spin(about, velocity.len()).filter(|_| *about != [0.0; 3]),
+                oscillation: oscillation.clone(),
+            })
+        }
+        _ => raw::Moved::Fixed,
+    };
+    let material = Some(o.material.clone());
+    raw::Obstacle { name: o.name.clone(), motion, material, ..o.wall.typed() }
+}
+
 /// A particle with all of its keys.
 pub(super) fn particle(p: &Particle) -> raw::Particle {
-    let of = |spin: &[f64; 3]| {
-        Some(if p.position.len() == 2 { Spin::Plane(spin[2]) } else { Spin::Space(*spin) })
-    };
+    let of = |about: &[f64; 3]| spin(about, p.position.len());
     let (motion, mut velocity, spin, locked) = match &p.motion {
         Motion::Fixed => (raw::Motion::Fixed, None, None, Vec::new()),
         Motion::Free { velocity, spin, locked } => {
@@ -200,15 +230,16 @@ fn contact(c: &Contact) -> raw::Contact {
     }
 }
 
-fn measure(m: &Measure, dimension: usize) -> raw::Measure {
+fn measure(m: &Measure, case: &Case) -> raw::Measure {
     let target = m.target.as_ref();
+    let (dimension, particles) = (case.dimension(), case.particle.len());
+    let obstacle = m.particle.checked_sub(particles).filter(|k| *k < case.obstacle.len());
     raw::Measure {
         name: m.name.clone(),
         kind: m.kind,
-        particle: Which::Id(m.particle),
-        particles: m
-            .kind
-            .is_of_group()
+        particle: if obstacle.is_some() { Which::default() } else { Which::Id(m.particle) },
+        obstacle: obstacle.map(Which::Id),
+        particles: (m.kind.is_of_group() && obstacle.is_none())
             .then(|| m.particles.iter().copied().map(Which::Id).collect()),
         axis: m.kind.has_axis().then(|| [Axis::X, Axis::Y, Axis::Z][m.axis]),
         region: m.region.clone().map(|[min, max]| raw::Region { min, max }),
@@ -217,6 +248,7 @@ fn measure(m: &Measure, dimension: usize) -> raw::Measure {
         from: m.from,
         when: m.when,
         speed: m.speed,
+        length: m.length,
         force: m.kind.is_of_force().then_some(m.force),
         reference: target.map(|t| t.reference),
         tolerance: target.map(|t| t.tolerance),

@@ -17,6 +17,9 @@ pub struct Measure {
     /// Its particle: number in the case, from 0, or name; default the first.
     #[serde(default)]
     pub particle: Which,
+    /// Its obstacle, in place of a particle: number from 0, or name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacle: Option<Which>,
     /// Its particles, for kinds of several: numbers and names; default all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<Which>>,
@@ -48,6 +51,9 @@ pub struct Measure {
     /// Reference speed (m/s), default the inflow's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
+    /// Reference length of a coefficient or a Strouhal number (m), default the particle's diameter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
     /// Which force, default the coupling's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<ForceRule>,

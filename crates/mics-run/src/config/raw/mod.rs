@@ -12,6 +12,7 @@ mod drive;
 mod measure;
 mod measure_kind;
 mod numerics;
+pub mod obstacle;
 mod orientation;
 mod output;
 mod particle;
@@ -33,6 +34,7 @@ pub use drive::{Axis, Drive, MeanVelocity};
 pub use measure::{Measure, Reference, When, Which};
 pub use measure_kind::MeasureKind;
 pub use numerics::Numerics;
+pub use obstacle::{Heights, Moved, Obstacle, Outlines, Surface};
 pub use orientation::{About, By, Orientation};
 pub use output::{Cadence, Checkpoints, FixedRows, Output, Removed, Section};
 pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Spin};
@@ -45,6 +47,7 @@ pub use swarm::{Diameters, Feed, Kind, Orientations, Range, Region, Swarm};
 
 pub(super) use begin::begin;
 pub(super) use contact::pairs;
+pub(super) use obstacle::{build as build_obstacles, off_walls};
 pub(super) use shape::build as build_shapes;
 pub(super) use swarm::expand;
 pub(super) use validate::{measures, name_particles, validate};
@@ -73,6 +76,9 @@ pub struct Case {
     /// Many bodies at once; they become entries of `particle`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub swarm: Vec<Swarm>,
+    /// Walls of any shape in the box.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacle: Vec<Obstacle>,
     /// The fluid at time 0.
     #[serde(default)]
     pub initial: Initial,
@@ -136,6 +142,11 @@ impl Case {
     /// Whether the sides that close this axis are joined.
     pub fn periodic(&self, axis: usize) -> bool {
         self.sides()[2 * axis] == Some(&Side::Periodic)
+    }
+
+    /// The spacing of the grid along each axis (m).
+    fn spacings(&self) -> Vec<f64> {
+        self.domain.size.iter().zip(&self.domain.cells).map(|(l, n)| l / *n as f64).collect()
     }
 
     /// The length (m) of each axis whose sides are joined.

@@ -5,9 +5,9 @@ mod overlap;
 
 use super::shape::solid::{Shape as Built, Solid};
 use super::{Case, Orientation, Region, Shape};
-pub(super) use check::{Nature, below_periods, inside, particle, printable};
+pub(super) use check::{Nature, below_periods, inside, motion, particle, printable};
 use nalgebra::UnitQuaternion;
-pub(super) use overlap::{Overlap, distance, overlap};
+pub(super) use overlap::{Overlap, distance, overlap, slack};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;

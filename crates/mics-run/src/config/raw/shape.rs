@@ -2,7 +2,7 @@
 
 mod build;
 mod geometry;
-mod outline;
+pub(in crate::config::raw) mod outline;
 pub mod solid;
 
 pub(in crate::config::raw) use build::sensible;
@@ -281,4 +281,4 @@ impl Shape {
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::config::raw) mod tests;

@@ -1,6 +1,7 @@
-//! CSV files that a case names: refusals at the key that names them, with file and line.
+//! Files that a case names: refusals at the key that names them, with file and line; and the keys
+//! beside it.
 
-use crate::config::fault::Fault;
+use crate::config::fault::{Check, Fault, positive};
 use std::path::Path;
 
 /// A file, and the key that names it.
@@ -54,6 +55,12 @@ impl Source<'_> {
         Ok(text.replace("\r\n", "\n"))
     }
 
+    /// The names of the columns of a table.
+    pub fn header(&self) -> Result<csv::StringRecord, Fault> {
+        let text = self.text()?;
+        reader(&text).headers().cloned().map_err(|e| self.malformed(&e))
+    }
+
     /// The rows of numbers below a header that names exactly these columns, in their order, each
     /// with its line; `what` they are.
     pub fn rows(&self, columns: &[&str], what: &str) -> Result<Vec<(u64, Vec<f64>)>, Fault> {
@@ -95,4 +102,28 @@ const MISSING: &str = "there is no such file; its path goes from the case file's
 /// A reader of a table with comments.
 pub(super) fn reader(text: &str) -> csv::Reader<&[u8]> {
     csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes())
+}
+
+/// The name of a file, which is not empty.
+pub(super) fn named<'a>(file: &'a str, key: &str) -> Result<&'a str, Fault> {
+    ensure!(!file.is_empty(), format!("{key}.file"), "is empty: name a file beside the case file");
+    Ok(file)
+}
+
+/// Exactly one of these keys is given.
+pub(super) fn one_of(key: &str, keys: &[(&str, bool)]) -> Check {
+    let given = keys.iter().filter(|(_, given)| *given).count();
+    let names: Vec<&str> = keys.iter().map(|(name, _)| *name).collect();
+    let names = names.join(" and ");
+    ensure!(given != 0, key, "needs exactly one of {names}");
+    ensure!(given == 1, key, "{names} exclude each other: remove one of them");
+    Ok(())
+}
+
+/// What the lengths of a file are multiplied by.
+pub(super) fn factor(key: &str, scale: Option<f64>, of_file: bool) -> Result<f64, Fault> {
+    let key = format!("{key}.scale");
+    positive(&key, scale, "a factor, such as 0.001 for mm")?;
+    ensure!(of_file || scale.is_none(), key, "is for a file: give the lengths in m");
+    Ok(scale.unwrap_or(1.0))
 }

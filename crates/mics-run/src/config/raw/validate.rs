@@ -139,7 +139,7 @@ fn long_cells(case: &Case) -> Check {
         case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
     let (least, most) =
         spacings.fold((f64::INFINITY, 0.0f64), |(least, most), h| (least.min(h), most.max(h)));
-    let holds = (case.particle.is_empty() && case.swarm.is_empty())
+    let holds = (case.particle.is_empty() && case.swarm.is_empty() && case.obstacle.is_empty())
         || most <= LONGEST_CELLS * (1.0 + 1e-9) * least;
     ensure!(
         holds,

@@ -207,7 +207,8 @@ pub(in crate::config::raw) fn inside(case: &Case, key: &str, who: &str, body: &P
     Ok(())
 }
 
-fn motion(motion: &Motion, key: &str, dimension: usize) -> Check {
+/// Checks what moves a body.
+pub(in crate::config::raw) fn motion(motion: &Motion, key: &str, dimension: usize) -> Check {
     let Motion::Prescribed(prescribed) = motion else { return Ok(()) };
     if let Some(velocity) = &prescribed.velocity {
         vector(&format!("{key}.prescribed.velocity"), velocity, dimension, "m/s")?;

@@ -112,7 +112,7 @@ fn parts(body: &Particle) -> Cow<'_, [Part]> {
 
 /// How far two bodies may overlap (m): as grains do that press on each other, where contacts say
 /// how, and where both are held: they may have settled in another run.
-pub(super) fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
+pub(in crate::config::raw) fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
     let held = pair.iter().all(|body| body.motion != Motion::Free);
     let part = if held || case.contact.is_some() { PRESSED } else { 1e-9 };
     let diameter = |body: &Particle| body.built().map_or(0.0, |shape| shape.diameter());

@@ -5,7 +5,7 @@ use super::solid::Solid;
 use super::*;
 use crate::config::fault::{Check, Fault, finite, not_negative, positive};
 use crate::config::raw::Case;
-use crate::config::raw::source::Source;
+use crate::config::raw::source::{Source, factor, named, one_of};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -314,28 +314,4 @@ fn file_of(shape: &Shape) -> Option<&str> {
         | Shape::Clump(Clump { file, .. }) => file.as_deref(),
         _ => None,
     }
-}
-
-/// The name of a file, which is not empty.
-fn named<'a>(file: &'a str, key: &str) -> Result<&'a str, Fault> {
-    ensure!(!file.is_empty(), format!("{key}.file"), "is empty: name a file beside the case file");
-    Ok(file)
-}
-
-/// Exactly one of these keys is given.
-fn one_of(key: &str, keys: &[(&str, bool)]) -> Check {
-    let given = keys.iter().filter(|(_, given)| *given).count();
-    let names: Vec<&str> = keys.iter().map(|(name, _)| *name).collect();
-    let names = names.join(" and ");
-    ensure!(given != 0, key, "needs exactly one of {names}");
-    ensure!(given == 1, key, "{names} exclude each other: remove one of them");
-    Ok(())
-}
-
-/// What the lengths of a file are multiplied by.
-fn factor(key: &str, scale: Option<f64>, of_file: bool) -> Result<f64, Fault> {
-    let key = format!("{key}.scale");
-    positive(&key, scale, "a factor, such as 0.001 for mm")?;
-    ensure!(of_file || scale.is_none(), key, "is for a file: give the lengths in m");
-    Ok(scale.unwrap_or(1.0))
 }

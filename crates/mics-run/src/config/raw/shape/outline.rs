@@ -1,7 +1,7 @@
 //! Outlines of polygons: whether they are simple and convex.
 
 /// What is wrong with an outline that ought to be convex, and at which of its corners.
-pub(super) struct Flaw {
+pub(in crate::config::raw) struct Flaw {
     /// The corner, from 0.
     pub corner: usize,
     /// What is wrong there, in words.
@@ -10,6 +10,75 @@ pub(super) struct Flaw {
 
 /// Checks that points (m), in order and either way round, are the corners of a convex polygon.
 pub(super) fn convex(points: &[[f64; 2]]) -> Result<(), Flaw> {
+    simple(points)?;
+    let (count, span) = (points.len(), span(points));
+    let sense = area(points).signum();
+    let bent =
+        |k: &usize| sense * cross(edge(points, *k), edge(points, *k + 1)) < -1e-9 * span * span;
+    match (0..count).find(bent) {
+        Some(k) => Err(Flaw {
+            corner: (k + 1) % count,
+            what: "the outline is not convex here: leave the corner out, or make a clump of discs"
+                .to_owned(),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Largest width along an axis (m).
+fn span(points: &[[f64; 2]]) -> f64 {
+    let width = |a: usize| {
+        let along = points.iter().map(|p| p[a]);
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    width(0).max(width(1))
+}
+
+fn edge(points: &[[f64; 2]], k: usize) -> [f64; 2] {
+    let (a, b) = (points[k % points.len()], points[(k + 1) % points.len()]);
+    [b[0] - a[0], b[1] - a[1]]
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// Area within an outline (m2), negative where it runs clockwise.
+fn area(points: &[[f64; 2]]) -> f64 {
+    // About the first corner, so that a place far away leaves no rounding.
+    let arm = |p: [f64; 2]| [p[0] - points[0][0], p[1] - points[0][1]];
+    let count = points.len();
+    (0..count).map(|k| 0.5 * cross(arm(points[k]), arm(points[(k + 1) % count]))).sum()
+}
+
+/// Outlines (m), those within an odd number of others turned into holes: clockwise, all others
+/// counterclockwise.
+pub(in crate::config::raw) fn nested(mut outlines: Vec<Vec<[f64; 2]>>) -> Vec<Vec<[f64; 2]>> {
+    let within = |outline: &[[f64; 2]], [x, y]: [f64; 2]| {
+        let crosses = |k: &usize| {
+            let (a, [dx, dy]) = (outline[*k], edge(outline, *k));
+            (a[1] > y) != (a[1] + dy > y) && x < a[0] + (y - a[1]) / dy * dx
+        };
+        (0..outline.len()).filter(crosses).count() % 2 == 1
+    };
+    let holes: Vec<bool> = (0..outlines.len())
+        .map(|k| {
+            let first = outlines[k][0];
+            let others = outlines.iter().enumerate().filter(|(j, _)| *j != k);
+            others.filter(|(_, other)| within(other, first)).count() % 2 == 1
+        })
+        .collect();
+    for (outline, hole) in outlines.iter_mut().zip(holes) {
+        if (area(outline) < 0.0) != hole {
+            outline.reverse();
+        }
+    }
+    outlines
+}
+
+/// Checks that points (m), in order and either way round, are the corners of an outline that does
+/// not cross itself.
+pub(in crate::config::raw) fn simple(points: &[[f64; 2]]) -> Result<(), Flaw> {
     let count = points.len();
     let flaw = |corner: usize, what: String| Err(Flaw { corner, what });
     if count < 3 {
@@ -18,17 +87,8 @@ pub(super) fn convex(points: &[[f64; 2]]) -> Result<(), Flaw> {
             format!("{count} points make no polygon: give 3 or more"),
         );
     }
-    let span = (0..2).map(|a| {
-        let along = points.iter().map(|p| p[a]);
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
-    });
-    let span = span.fold(0.0, f64::max);
-    let edge = |k: usize| {
-        let (a, b) = (points[k % count], points[(k + 1) % count]);
-        [b[0] - a[0], b[1] - a[1]]
-    };
-    let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
-    if let Some(k) = (0..count).find(|k| edge(*k).iter().all(|d| d.abs() <= 1e-9 * span)) {
+    let span = span(points);
+    if let Some(k) = (0..count).find(|k| edge(points, *k).iter().all(|d| d.abs() <= 1e-9 * span)) {
         let what = "lies on the one before: an outline closes by itself, leave it out".to_owned();
         return flaw((k + 1) % count, what);
     }
@@ -38,20 +98,10 @@ pub(super) fn convex(points: &[[f64; 2]]) -> Result<(), Flaw> {
             "the outline crosses itself here: give its corners in order".to_owned(),
         );
     }
-    let area: f64 = (0..count).map(|k| cross(points[k], points[(k + 1) % count])).sum();
-    let sense = if area < 0.0 { -1.0 } else { 1.0 };
-    let bent = |k: &usize| sense * cross(edge(*k), edge(*k + 1)) < -1e-9 * span * span;
-    match (0..count).find(bent) {
-        Some(k) => flaw(
-            (k + 1) % count,
-            "the outline is not convex here: leave the corner out, or make a clump of discs"
-                .to_owned(),
-        ),
-        None if area.abs() <= 1e-9 * span * span => {
-            flaw(0, "all points lie on a line, which has no area".to_owned())
-        }
-        None => Ok(()),
+    if area(points).abs() <= 1e-9 * span * span {
+        return flaw(0, "all points lie on a line, which has no area".to_owned());
     }
+    Ok(())
 }
 
 /// Two edges of a closed outline that cross each other.

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 /// A case of 2 or 3 dimensions in a box of 0.2 m, periodic along x, with these further keys.
-fn text(dimension: usize, keys: &str) -> String {
+pub(in crate::config::raw) fn text(dimension: usize, keys: &str) -> String {
     let (size, cells, lids) = match dimension {
         2 => ("[0.2, 0.2]", "[64, 64]", ""),
         _ => ("[0.2, 0.2, 0.2]", "[64, 64, 64]", "bottom = \"wall\"\ntop = \"wall\"\n"),
@@ -27,7 +27,7 @@ fn body(dimension: usize, shape: &str, more: &str) -> String {
 }
 
 /// Loads a case beside these files.
-fn loaded(text: &str, files: &[(&str, &str)]) -> Result<Loaded> {
+pub(in crate::config::raw) fn loaded(text: &str, files: &[(&str, &str)]) -> Result<Loaded> {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in files {
         std::fs::write(folder.path().join(name), content).unwrap();
@@ -45,7 +45,7 @@ fn case(dimension: usize, shape: &str, more: &str, files: &[(&str, &str)]) -> Ca
 }
 
 /// Key, line and message of a refusal, with the name of the file cut off to its last part.
-fn refusal(text: &str, files: &[(&str, &str)]) -> (String, String) {
+pub(in crate::config::raw) fn refusal(text: &str, files: &[(&str, &str)]) -> (String, String) {
     match loaded(text, files) {
         Err(Error::Case { key, message, .. }) => {
             let folders = message.split_once("/case.toml").map_or(message.clone(), |s| s.0.into());

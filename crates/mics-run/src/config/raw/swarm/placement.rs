@@ -13,6 +13,7 @@ use std::f64::consts::PI;
 
 use super::{Made, Scatter};
 use crate::config::fault::Fault;
+use crate::config::raw::obstacle::Wall;
 use crate::config::raw::particle::distance;
 use crate::config::raw::{Case, Region};
 
@@ -61,6 +62,8 @@ struct Taken {
     /// How near a new body's centre may be to a surface, at most (m).
     reach: f64,
     gap: f64,
+    /// The obstacles.
+    walls: Vec<Wall>,
 }
 
 impl Taken {
@@ -84,6 +87,7 @@ impl Taken {
             bodies: Vec::new(),
             reach: 0.5 * largest + gap,
             gap,
+            walls: case.obstacle.iter().filter_map(|o| o.wall.clone()).collect(),
         }
     }
 
@@ -124,10 +128,12 @@ impl Taken {
     }
 
     fn is_free(&self, diameter: f64, place: &[f64]) -> bool {
-        self.near[self.cell(place)].iter().all(|&body| {
-            let (other, at) = &self.bodies[body as usize];
-            distance(place, at, &self.periods) >= 0.5 * (diameter + other) + self.gap
-        })
+        let off = |wall: &Wall| wall.nearest(place).distance >= 0.5 * diameter + self.gap;
+        self.walls.iter().all(off)
+            && self.near[self.cell(place)].iter().all(|&body| {
+                let (other, at) = &self.bodies[body as usize];
+                distance(place, at, &self.periods) >= 0.5 * (diameter + other) + self.gap
+            })
     }
 }
 

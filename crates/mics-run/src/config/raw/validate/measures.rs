@@ -11,7 +11,8 @@ use crate::config::raw::particle::printable;
 pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
     let names: Vec<Option<&str>> =
         case.particle.iter().map(|particle| particle.name.as_deref()).collect();
-    let found = |which: &Which, key: String| match which {
+    let walls: Vec<Option<&str>> = case.obstacle.iter().map(|o| o.name.as_deref()).collect();
+    let found_in = |names: &[Option<&str>], which: &Which, key: String| match which {
         Which::Id(id) => Ok(vec![*id]),
         Which::Named(name) => {
             let ids: Vec<usize> = (0..names.len()).filter(|id| names[*id] == Some(name)).collect();
@@ -19,7 +20,30 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
             Ok(ids)
         }
     };
+    let found = |which: &Which, key: String| found_in(&names, which, key);
     for (index, measure) in case.measure.iter_mut().enumerate() {
+        if let Some(obstacle) = &measure.obstacle {
+            let key = format!("measure.{index}.obstacle");
+            let id = found_in(&walls, obstacle, key.clone())?[0];
+            ensure!(
+                id < walls.len(),
+                key,
+                "there is no obstacle {id}: the case has {}, counted from 0",
+                walls.len()
+            );
+            ensure!(
+                measure.particle == Which::default() && measure.particles.is_none(),
+                key,
+                "stands in place of a particle: remove one of them"
+            );
+            measure.obstacle = Some(Which::Id(id));
+            // As bodies obstacles follow the particles.
+            measure.particle = Which::Id(names.len() + id);
+            if measure.kind.is_of_group() {
+                measure.particles = Some(vec![measure.particle.clone()]);
+            }
+            continue;
+        }
         let one = found(&measure.particle, format!("measure.{index}.particle"))?;
         let several = "particles have the name: give an index, or a kind that is of several";
         ensure!(one.len() == 1, format!("measure.{index}.particle"), "{} {several}", one.len());
@@ -54,6 +78,17 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
         let end = case.time.end;
         ensure!(*from < end, key("from"), "must be before time.end = {end:?} s, not {from:?}");
         positive(&key("speed"), *speed, "m/s")?;
+        positive(&key("length"), measure.length, "m")?;
+        ensure!(
+            measure.length.is_none() || kind.needs_speed(),
+            key("length"),
+            "is of coefficients and Strouhal numbers only"
+        );
+        ensure!(
+            measure.length.is_some() || measure.obstacle.is_none() || !kind.needs_speed(),
+            key("length"),
+            "an obstacle has no diameter that a coefficient could refer to: give `length` (m)"
+        );
         particles(case, measure, &key)?;
         if let Some(direction) = &measure.direction {
             let holds = kind.is_of_force() && !kind.fits_morison();
@@ -89,6 +124,11 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
 /// Checks that the particles of a measure are there.
 fn particles(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
     let (kind, count) = (measure.kind, case.particle.len());
+    if measure.obstacle.is_some() {
+        let holds = kind.is_of_force() && !kind.fits_morison();
+        ensure!(holds, key("obstacle"), "is for forces: drag, lift, strouhal, force, force_noise");
+        return Ok(());
+    }
     let missing = |id| format!("there is no particle {id}: the case has {count}, counted from 0");
     if kind.needs_particle() {
         let id = measure.particle.id();

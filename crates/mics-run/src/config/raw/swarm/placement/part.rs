@@ -6,6 +6,8 @@
 //! the swarm's stays, and the other takes it all.
 
 use super::Taken;
+use mics_shapes::Nearest;
+use nalgebra::Vector3;
 
 /// After so many sweeps over all pairs what overlaps has to be less than this part of what it was
 /// so many before, or the swarm is said not to fit: packings near the densest need hundreds.
@@ -49,6 +51,7 @@ fn sweep(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -> f64 {
     taken.bodies = bodies;
     let mut overlap = 0.0;
     for i in first..taken.bodies.len() {
+        overlap += bring_off_walls(taken, i, &rooms[i - first]);
         let cell = taken.cell(&taken.bodies[i].1);
         for k in 0..taken.near[cell].len() {
             let j = taken.near[cell][k] as usize;
@@ -59,6 +62,37 @@ fn sweep(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -> f64 {
         }
     }
     overlap
+}
+
+/// Moves a body off the obstacles, and says by how much of its reach it was too near.
+fn bring_off_walls(taken: &mut Taken, body: usize, room: &[(f64, f64)]) -> f64 {
+    let mut overlap = 0.0;
+    for k in 0..taken.walls.len() {
+        let (diameter, place) = &taken.bodies[body];
+        let reach = 0.5 * diameter + taken.gap;
+        let Nearest { distance, normal } = taken.walls[k].nearest(place);
+        if distance < reach {
+            overlap += (1.0 - distance / reach).min(2.0);
+            let step = (1.0 + EXCESS[0]) * (reach - distance) + EXCESS[1] * reach;
+            shift(&mut taken.bodies[body].1, step * normal, room, &taken.periods);
+        }
+    }
+    overlap
+}
+
+/// Moves a place by a step within its room (m).
+fn shift(place: &mut [f64], step: Vector3<f64>, room: &[(f64, f64)], periods: &[Option<f64>]) {
+    for (axis, x) in place.iter_mut().enumerate() {
+        let ((low, length), to) = (room[axis], *x + step[axis]);
+        *x = match periods[axis] {
+            // The whole of a period: across its end.
+            Some(period) if low == 0.0 && length == period => {
+                let inside = to.rem_euclid(period);
+                if inside >= period { 0.0 } else { inside }
+            }
+            _ => to.clamp(low, low + length),
+        };
+    }
 }
 
 /// Moves two bodies apart where they overlap, and says by how much of their reach they did.
@@ -83,19 +117,8 @@ fn separate(taken: &mut Taken, [i, j]: [usize; 2], first: usize, rooms: &[Vec<(f
         if share == 0.0 {
             continue;
         }
-        let periods = &taken.periods;
-        for (axis, x) in taken.bodies[body].1.iter_mut().enumerate() {
-            let (low, length) = rooms[body - first][axis];
-            let to = *x + share * line[axis];
-            *x = match periods[axis] {
-                // The whole of a period: across its end.
-                Some(period) if low == 0.0 && length == period => {
-                    let inside = to.rem_euclid(period);
-                    if inside >= period { 0.0 } else { inside }
-                }
-                _ => to.clamp(low, low + length),
-            };
-        }
+        let way = Vector3::from_fn(|a, _| line.get(a).map_or(0.0, |d| share * d));
+        shift(&mut taken.bodies[body].1, way, &rooms[body - first], &taken.periods);
     }
     1.0 - distance / reach
 }

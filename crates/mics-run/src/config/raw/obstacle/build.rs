@@ -1,0 +1,371 @@
+//! From what is typed of an obstacle to a wall in the box: files are read, and numbers checked.
+
+use super::heights::Raster;
+use super::wall::Form;
+use super::*;
+use crate::config::fault::{AXES, Check, Fault, finite, vector};
+use crate::config::raw::particle::{motion, printable, slack};
+use crate::config::raw::shape::outline::{self, Flaw};
+use crate::config::raw::source::{Source, factor, named, one_of};
+use crate::config::raw::{Case, Motion, Particle};
+use crate::words::{brief, rounded};
+use mics_shapes::{Geometry, Room, stl};
+use nalgebra::Vector3;
+use std::collections::HashSet;
+use std::path::Path;
+
+/// Part of the box's length within which a corner lies on a side: what single numbers of an STL
+/// file tell apart.
+const ON_SIDE: f64 = 1e-6;
+
+/// Lengths of the box beyond which an obstacle is most likely in another unit.
+const FAR: f64 = 100.0;
+
+/// Cells across what there is of an obstacle in the box below which it is most likely in another
+/// unit.
+const FEWEST_CELLS: f64 = 3.0;
+
+/// Patches along a body by which it is seen whether it reaches into a wall.
+const ALONG: f64 = 32.0;
+
+/// Builds the walls of the obstacles of a checked case; files are looked for from `folder` on.
+/// Returns what is to be said of them, a line each.
+pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<String>, Fault> {
+    let mut notes = Vec::new();
+    let mut names = HashSet::new();
+    for index in 0..case.obstacle.len() {
+        let key = format!("obstacle.{index}");
+        let typed = &case.obstacle[index];
+        if let Some(name) = typed.name.as_deref() {
+            let key = format!("{key}.name");
+            ensure!(!name.is_empty(), key, "is empty: give the obstacle a name, or remove the key");
+            printable(&key, Some(name))?;
+            ensure!(
+                names.insert(name.to_owned()),
+                key,
+                "\"{name}\" names another obstacle already: give each its own name"
+            );
+        }
+        ensure!(
+            typed.material.as_deref() != Some(""),
+            format!("{key}.material"),
+            "is empty: give the material a name, or remove the key"
+        );
+        printable(&format!("{key}.material"), typed.material.as_deref())?;
+        let wall = wall(case, typed, &key, folder, &mut notes)?;
+        let moved = &case.obstacle[index].motion;
+        if let Moved::Prescribed(prescribed) = moved {
+            let key = format!("{key}.motion");
+            motion(&Motion::Prescribed(prescribed.clone()), &key, case.dimension())?;
+            keeps_off_sides(case, &wall, prescribed, &key)?;
+        }
+        case.obstacle[index].wall = Some(wall);
+    }
+    Ok(notes)
+}
+
+/// The box that obstacles stand in.
+fn room(case: &Case) -> Room {
+    let size = Vector3::from_fn(|a, _| case.domain.size.get(a).copied().unwrap_or(1.0));
+    Room { size, periodic: [0, 1, 2].map(|a| a < case.dimension() && case.periodic(a)) }
+}
+
+/// The wall that an obstacle is.
+fn wall(
+    case: &Case,
+    typed: &Obstacle,
+    key: &str,
+    folder: &Path,
+    notes: &mut Vec<String>,
+) -> Result<Wall, Fault> {
+    let (dimension, room) = (case.dimension(), room(case));
+    let Obstacle { polygon, surface, heights, position, centre, .. } = typed;
+    let kinds = [
+        ("polygon", polygon.is_some()),
+        ("surface", surface.is_some()),
+        ("heights", heights.is_some()),
+    ];
+    one_of(key, &kinds)?;
+    ensure!(
+        polygon.is_none() || dimension == 2,
+        format!("{key}.polygon"),
+        "is for 2D; this case is 3D: give a surface or heights"
+    );
+    ensure!(
+        surface.is_none() || dimension == 3,
+        format!("{key}.surface"),
+        "is for 3D; this case is 2D: give a polygon or heights"
+    );
+    for (name, given) in [("position", position), ("centre", centre)] {
+        given.as_ref().map_or(Ok(()), |at| vector(&format!("{key}.{name}"), at, dimension, "m"))?;
+    }
+    let shift =
+        Vector3::from_fn(|a, _| position.as_ref().map_or(0.0, |at| at[a.min(dimension - 1)]));
+    let name = kinds.iter().find(|(_, given)| *given).map_or("", |(name, _)| name);
+    let key = &format!("{key}.{name}");
+    let files = [
+        polygon.as_ref().and_then(|p| p.file.as_ref()),
+        surface.as_ref().and_then(|s| s.file.as_ref()),
+        heights.as_ref().and_then(|h| h.file.as_ref()),
+    ];
+    let file = files.into_iter().flatten().next();
+    let path = file.map(|file| Ok(folder.join(named(file, key)?))).transpose()?;
+    let of_file = format!("{key}.file");
+    let source = path.as_ref().map(|path| Source { path, key: &of_file });
+    let refuse = |what: &str| match &source {
+        Some(source) => source.refuse(what),
+        None => Fault { key: key.clone(), message: what.to_owned() },
+    };
+    let source = source.as_ref();
+    let form = match (polygon, surface, heights) {
+        (Some(outlines), ..) => of_outlines(outlines, key, source, &shift, &room)?,
+        (_, Some(surface), _) => of_surface(surface, key, source, (&shift, &room), notes)?,
+        (.., Some(heights)) => {
+            let mut raster = of_heights(heights, key, source, dimension)?;
+            raster.x.iter_mut().for_each(|x| *x += shift.x);
+            raster.y.iter_mut().for_each(|y| *y += shift.y);
+            raster.heights.iter_mut().for_each(|h| *h += shift[dimension - 1]);
+            raster.form(dimension, &room).map_err(|what| refuse(&what))?
+        }
+        _ => return Err(refuse("is missing")),
+    };
+    for (axis, x) in AXES.iter().enumerate().take(dimension) {
+        let Some(at) = centre.as_ref().map(|centre| centre[axis]) else { continue };
+        let (key, size) = (
+            format!("{}.centre.{axis}", key.trim_end_matches(&format!(".{name}"))),
+            room.size[axis],
+        );
+        ensure!(
+            (0.0..=size).contains(&at),
+            key,
+            "must lie in the box, from 0 to {size:?} m, not at {at:?}"
+        );
+        ensure!(
+            !room.periodic[axis] || at == 0.5 * size,
+            key,
+            "must be the middle of the box, {:?} m, along {x}, which is periodic, not {at:?}",
+            0.5 * size
+        );
+    }
+    let wall = Wall::new(form, &room, centre.clone()).map_err(|fault| {
+        refuse(&format!(
+            "{}; if its lengths are in mm, set scale = 0.001, else look at position and \
+             domain.size",
+            fault.0
+        ))
+    })?;
+    sensible(case, &wall).map_err(|what| refuse(&what))?;
+    Ok(wall)
+}
+
+/// Refuses what is far too large for the box, or far too small for its cells, in words.
+fn sensible(case: &Case, wall: &Wall) -> Result<(), String> {
+    let widest = case.spacings().into_iter().fold(0.0, f64::max);
+    let [low, high] = wall.bounds();
+    let (length, size) =
+        ((high - low).amax(), case.domain.size.iter().copied().fold(0.0, f64::max));
+    let cure = "if its lengths are in mm, set scale = 0.001; else look at them and domain.size";
+    if length > FAR * size {
+        return Err(format!("is {} m long, and the box {size:?} m: {cure}", rounded(length)));
+    }
+    let cells = length / widest;
+    if cells < FEWEST_CELLS {
+        return Err(format!(
+            "is {} m long, which is {} cells, and {FEWEST_CELLS} are the least: {cure}",
+            rounded(length),
+            brief(cells)
+        ));
+    }
+    Ok(())
+}
+
+/// Places a corner: those within rounding of a side of the box lie on it.
+fn snapped(x: f64, shift: f64, size: f64) -> f64 {
+    let x = x + shift;
+    [0.0, size].into_iter().find(|side| (x - side).abs() <= ON_SIDE * size).unwrap_or(x)
+}
+
+fn of_outlines(
+    raw: &Outlines,
+    key: &str,
+    source: Option<&Source>,
+    shift: &Vector3<f64>,
+    room: &Room,
+) -> Result<Form, Fault> {
+    let Outlines { points, outlines, file, scale } = raw;
+    let given =
+        [("points", points.is_some()), ("outlines", outlines.is_some()), ("file", file.is_some())];
+    one_of(key, &given)?;
+    let factor = factor(key, *scale, file.is_some())?;
+    let listed = points.clone().map(|points| vec![points]).or_else(|| outlines.clone());
+    let (all, lines): (Vec<_>, Vec<_>) = match source {
+        Some(source) => table::outlines(source, factor)?.into_iter().unzip(),
+        None => listed.unwrap_or_default().into_iter().map(|points| (points, Vec::new())).unzip(),
+    };
+    for (k, points) in all.iter().enumerate() {
+        let own = if outlines.is_some() {
+            format!("{key}.outlines.{k}")
+        } else {
+            format!("{key}.points")
+        };
+        for (i, point) in points.iter().enumerate() {
+            finite(&format!("{own}.{i}"), point, "m")?;
+        }
+        outline::simple(points).map_err(|Flaw { corner, what }| match source {
+            Some(source) => source.refuse_line(lines[k].get(corner).copied().unwrap_or(1), &what),
+            None => Fault { key: format!("{own}.{corner}"), message: what },
+        })?;
+    }
+    ensure!(!all.is_empty(), key, "has no outline: give one at least");
+    let place =
+        |[x, y]: [f64; 2]| [snapped(x, shift.x, room.size.x), snapped(y, shift.y, room.size.y)];
+    let placed: Vec<Vec<[f64; 2]>> =
+        all.into_iter().map(|points| points.into_iter().map(place).collect()).collect();
+    Ok(Form::Outlines(outline::nested(placed)))
+}
+
+fn of_surface(
+    raw: &Surface,
+    key: &str,
+    source: Option<&Source>,
+    (shift, room): (&Vector3<f64>, &Room),
+    notes: &mut Vec<String>,
+) -> Result<Form, Fault> {
+    let Surface { file, scale, points, triangles } = raw;
+    one_of(key, &[("file", file.is_some()), ("points", points.is_some())])?;
+    ensure!(
+        points.is_some() == triangles.is_some(),
+        format!("{key}.triangles"),
+        "stands beside points, each triangle by the numbers of its corners"
+    );
+    let factor = factor(key, *scale, file.is_some())?;
+    let given = |k: &usize| points.as_ref().and_then(|points| points.get(*k));
+    let closed = match source {
+        Some(source) => {
+            source.exists()?;
+            stl::load(source.path, factor).map_err(|fault| source.refuse(&fault.0))?
+        }
+        None => {
+            let mut all = Vec::new();
+            for (k, corners) in triangles.iter().flatten().enumerate() {
+                let [Some(a), Some(b), Some(c)] = corners.each_ref().map(given) else {
+                    let key = format!("{key}.triangles.{k}");
+                    let count = points.as_ref().map_or(0, Vec::len);
+                    ensure!(false, key, "names a corner beyond the {count} of points, from 0");
+                    continue;
+                };
+                all.push([a, b, c].map(|x| Vector3::from(*x)));
+            }
+            let fault = |fault: mics_shapes::Fault| Fault { key: key.to_owned(), message: fault.0 };
+            stl::closed(all).map_err(fault)?
+        }
+    };
+    if let Some(source) = source {
+        let said = closed.notes.iter();
+        notes.extend(
+            said.map(|n| format!("note         {}: {}: {n}", source.key, source.path.display())),
+        );
+    }
+    let mut points: Vec<[f64; 3]> = Vec::new();
+    let mut known = std::collections::HashMap::new();
+    let mut number = |corner: Vector3<f64>| {
+        let placed: [f64; 3] = std::array::from_fn(|a| snapped(corner[a], shift[a], room.size[a]));
+        *known.entry(placed.map(|x| (x + 0.0).to_bits())).or_insert_with(|| {
+            points.push(placed);
+            points.len() - 1
+        })
+    };
+    let triangles = closed.triangles.into_iter().map(|corners| corners.map(&mut number)).collect();
+    Ok(Form::Surface { points, triangles })
+}
+
+fn of_heights(
+    raw: &Heights,
+    key: &str,
+    source: Option<&Source>,
+    dimension: usize,
+) -> Result<Raster, Fault> {
+    let Heights { file, scale, points } = raw;
+    one_of(key, &[("points", points.is_some()), ("file", file.is_some())])?;
+    let factor = factor(key, *scale, file.is_some())?;
+    if let Some(source) = source {
+        return table::heights(source, dimension, factor);
+    }
+    let (points, key) = (points.as_deref().unwrap_or_default(), format!("{key}.points"));
+    ensure!(dimension == 2, key, "are a line in 2D; in 3D give a file of x, y and z");
+    ensure!(!points.is_empty(), key, "is empty: give a point at least");
+    for (i, point) in points.iter().enumerate() {
+        let key = format!("{key}.{i}");
+        finite(&key, point, "m")?;
+        let follows = i == 0 || point[0] > points[i - 1][0];
+        ensure!(follows, key, "x must increase from point to point");
+    }
+    let of = |a: usize| points.iter().map(|point| point[a]).collect();
+    Ok(Raster { x: of(0), y: vec![0.0], heights: of(1) })
+}
+
+/// Refuses a motion that would bring an obstacle to a side of the box: of its surface only what
+/// lies in the box at time 0 is known.
+fn keeps_off_sides(case: &Case, wall: &Wall, moved: &Prescribed, key: &str) -> Check {
+    let [low, high] = wall.bounds();
+    let centre = wall.centre();
+    let turns = moved.spin.is_some();
+    let reach = wall.geometry().radius();
+    for axis in 0..case.dimension() {
+        let size = case.domain.size[axis];
+        let drift = moved.velocity.as_ref().map_or(0.0, |v| v[axis]) * case.time.end;
+        let swing = moved.oscillation.as_ref().map_or(0.0, |o| o.amplitude[axis].abs());
+        let (from, to) = if turns {
+            (centre[axis] - reach, centre[axis] + reach)
+        } else {
+            (low[axis], high[axis])
+        };
+        let (from, to) = (from + drift.min(0.0) - swing, to + drift.max(0.0) + swing);
+        ensure!(
+            from > 0.0 && to < size,
+            key,
+            "brings the obstacle from {} to {} m along {}, and what moves must stay within the box, \
+             from 0 to {size:?} m: its surface is known only there",
+            rounded(from),
+            rounded(to),
+            AXES[axis]
+        );
+    }
+    Ok(())
+}
+
+/// Refuses particles that reach into an obstacle at time 0, by more than grains that press on each
+/// other; swarms turned into particles.
+pub(in crate::config) fn off_walls(case: &Case) -> Check {
+    let walls = case.obstacle.iter().enumerate().filter_map(|(k, o)| Some((k, o.wall.as_ref()?)));
+    for (k, wall) in walls {
+        let there = case.particle.iter().enumerate().filter(|(_, p)| p.enter.is_none());
+        for (id, particle) in there {
+            let (depth, slack) = (depth(particle, wall), slack(case, [particle; 2]));
+            ensure!(
+                depth <= slack,
+                format!("obstacle.{k}"),
+                "particle {id} reaches {} m into it, and may {} m: move one of them",
+                rounded(depth),
+                rounded(slack)
+            );
+        }
+    }
+    Ok(())
+}
+
+/// How deep a particle lies in a wall (m); negative where it does not.
+fn depth(particle: &Particle, wall: &Wall) -> f64 {
+    let reach = 0.5 * particle.bounding();
+    let clear = wall.nearest(&particle.position).distance - reach;
+    let Some(solid) = particle.solid.as_ref().filter(|_| clear < 0.0) else { return -clear };
+    let turn = particle.turn();
+    let patches = solid.geometry().surface(2.0 * reach / ALONG);
+    let into = patches.iter().map(|patch| {
+        let arm = turn * patch.place;
+        let place: Vec<f64> =
+            particle.position.iter().zip(arm.iter()).map(|(x, d)| x + d).collect();
+        -wall.nearest(&place).distance
+    });
+    into.fold(f64::NEG_INFINITY, f64::max)
+}

@@ -1,0 +1,99 @@
+//! The sides of the box as a case has them.
+
+use crate::config::{Case, Side};
+use crate::grid::{BoundaryKind, Grid, SideVelocity};
+use crate::particles::Body;
+use crate::{Error, Result};
+use nalgebra::Vector3;
+
+use super::build::axes;
+
+/// Part of a spacing within a side in which what obstacles cover of it is looked for.
+const THIN: f64 = 1e-3;
+
+/// The velocity that a side of a case gives, through what obstacles leave of each of its faces.
+struct CaseSide<'a, const D: usize> {
+    side: &'a Side,
+    axis: usize,
+    high: bool,
+    grid: &'a Grid<D>,
+    obstacles: Vec<&'a Body>,
+    /// Edges of the box along the side (m).
+    sizes: Vec<f64>,
+}
+
+impl<const D: usize> CaseSide<'_, D> {
+    /// How much of the face around a place (m) no obstacle covers.
+    fn open(&self, place: &Vector3<f64>) -> f64 {
+        // A box of the face, a little way into the domain.
+        let mut half = Vector3::zeros();
+        half.iter_mut().zip(self.grid.h).for_each(|(half, h)| *half = 0.5 * h);
+        half[self.axis] *= THIN;
+        let mut middle = *place;
+        middle[self.axis] += if self.high { -half[self.axis] } else { half[self.axis] };
+        let volume: f64 = half.iter().take(D).map(|half| 2.0 * half).product();
+        let covers = |body: &&Body| {
+            body.shape().filled(&body.orientation(), &(middle - body.centre), &half) / volume
+        };
+        (1.0 - self.obstacles.iter().map(covers).sum::<f64>()).max(0.0)
+    }
+}
+
+impl<const D: usize> SideVelocity for CaseSide<'_, D> {
+    fn at(&self, place: &Vector3<f64>, _time: f64) -> Vector3<f64> {
+        match self.side {
+            Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
+            Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
+                let mut along = (0..3).filter(|a| *a != self.axis).map(|a| place[a]);
+                let x: [f64; 2] = std::array::from_fn(|_| along.next().unwrap_or_default());
+                let dimension = self.sizes.len() + 1;
+                let open = self.open(place);
+                let of = |c: usize| open * self.side.inflow_at(&x, &self.sizes, c);
+                Vector3::from_fn(|c, _| if c < dimension { of(c) } else { 0.0 })
+            }
+            _ => Vector3::zeros(),
+        }
+    }
+}
+
+/// The condition at a side (0 low, 1 high) across an axis, of which obstacles may cover a part.
+pub(super) fn boundary<const D: usize>(
+    grid: &Grid<D>,
+    at: [usize; 2],
+    side: &Side,
+    bodies: &[Body],
+) -> Option<BoundaryKind<D>> {
+    match side {
+        Side::Periodic => None,
+        Side::Outflow => Some(BoundaryKind::Outflow),
+        Side::Slip => Some(BoundaryKind::Slip),
+        _ => {
+            let axis = at[0];
+            let sizes = (0..D).filter(|&a| a != axis).map(|a| grid.size[a]).collect();
+            let obstacles = bodies.iter().filter(|body| body.is_obstacle()).collect();
+            let side = CaseSide { side, axis, high: at[1] == 1, grid, obstacles, sizes };
+            Some(BoundaryKind::given(grid, at, &side, 0.0))
+        }
+    }
+}
+
+/// Which sides of a case, by axis and end, the sides of these names are.
+pub(super) fn sides<const D: usize, T: Clone>(
+    case: &Case,
+    named: &[(String, T)],
+) -> Result<Vec<([usize; 2], T)>> {
+    let find = |(name, of): &(String, T)| {
+        let (face, side) = case
+            .sides()
+            .enumerate()
+            .find_map(|(face, (own, side))| (own == name).then_some((face, side)))
+            .ok_or_else(|| Error::Usage(format!("{name:?} is no side of the case's box")))?;
+        match side {
+            Side::Periodic | Side::Outflow | Side::Slip => Err(Error::Usage(format!(
+                "boundary.{name} gives no velocity in the case: make it a wall or an inflow"
+            ))),
+            _ => Ok(([face / 2, face % 2], of.clone())),
+        }
+    };
+    named.iter().map(find).collect()
+}
