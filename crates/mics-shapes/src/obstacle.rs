@@ -11,12 +11,13 @@
 //! edges (Baerentzen and Aanaes 2005, doi 10.1109/TVCG.2005.49); fractions are exact
 //! ([`super::solid`], [`super::section`]). An outline (2D) is a wall of triangles along z.
 
+use super::mesh::{Mesh, place};
 use super::section::Section;
 use super::solid::BoxSection;
-use super::{Fault, Geometry, Nearest, Part, Patch, patches};
+use super::{Fault, Geometry, Nearest, Part, Patch, Pose, patches};
+use crate::part::Core;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::math::Vector as Place;
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation, Ray, RayCast};
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 use std::cell::RefCell;
@@ -46,11 +47,14 @@ pub struct Obstacle {
     /// The walls among it.
     walls: Vec<[Vector3<f64>; 3]>,
     mesh: TriMesh,
+    /// The walls as contacts see them.
+    faces: Mesh,
     room: Room,
     radius: f64,
     low: Vector3<f64>,
     high: Vector3<f64>,
     thickness: f64,
+    volume: f64,
 }
 
 impl std::fmt::Debug for Obstacle {
@@ -68,10 +72,6 @@ impl PartialEq for Obstacle {
 thread_local! {
     static FLAT: RefCell<Section> = RefCell::default();
     static BOX: RefCell<BoxSection> = RefCell::default();
-}
-
-fn place(x: &Vector3<f64>) -> Place {
-    Place::new(x.x, x.y, x.z)
 }
 
 fn mesh_of(triangles: &[[Vector3<f64>; 3]]) -> Result<TriMesh, Fault> {
@@ -120,27 +120,30 @@ impl Obstacle {
     fn of(dimension: usize, given: Vec<[Vector3<f64>; 3]>, room: &Room) -> Result<Obstacle, Fault> {
         let shift = 0.5 * Vector3::from_fn(|a, _| if a < dimension { room.size[a] } else { 0.0 });
         let half = shift;
-        let mut solid: Vec<_> = given.iter().map(|t| t.map(|x| x - shift)).collect();
+        // With the number of the one that each is an image of.
+        let mut solid: Vec<_> = given.iter().map(|t| t.map(|x| x - shift)).zip(0u32..).collect();
         for a in (0..dimension).filter(|a| room.periodic[*a]) {
             let reach = (0.5 + BESIDE) * room.size[a];
             // There the solid goes on.
-            solid.retain(|t| !is_flush(t, &half, a, room));
+            solid.retain(|(t, _)| !is_flush(t, &half, a, room));
             let own = solid.clone();
             for way in [-room.size[a], room.size[a]] {
-                let moved = own.iter().map(|t| {
-                    t.map(|mut x| {
+                let moved = own.iter().map(|(t, origin)| {
+                    let t = t.map(|mut x| {
                         x[a] += way;
                         x
-                    })
+                    });
+                    (t, *origin)
                 });
-                let near = |t: &[Vector3<f64>; 3]| {
+                let near = |(t, _): &([Vector3<f64>; 3], u32)| {
                     t.iter().any(|x| x[a] < reach) && t.iter().any(|x| x[a] > -reach)
                 };
                 solid.extend(moved.filter(near));
             }
         }
-        let walls: Vec<_> =
-            solid.iter().filter(|t| is_wall(t, &half, dimension, room)).copied().collect();
+        let (solid, origins): (Vec<_>, Vec<_>) = solid.into_iter().unzip();
+        let is_wall = |(t, _): &(&[Vector3<f64>; 3], &u32)| is_wall(t, &half, dimension, room);
+        let (walls, origins): (Vec<_>, Vec<_>) = solid.iter().zip(&origins).filter(is_wall).unzip();
         let (mut low, mut high) =
             (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         for corner in walls.iter().flatten() {
@@ -155,6 +158,7 @@ impl Obstacle {
             dimension,
             whole: mesh_of(&solid)?,
             mesh: mesh_of(&walls)?,
+            faces: faces_of(dimension, &walls, &origins, room),
             solid,
             walls,
             room: *room,
@@ -162,8 +166,10 @@ impl Obstacle {
             low,
             high,
             thickness: 0.0,
+            volume: 0.0,
         };
         obstacle.thickness = obstacle.find_thickness();
+        obstacle.volume = obstacle.find_volume();
         Ok(obstacle)
     }
 
@@ -182,6 +188,35 @@ impl Obstacle {
             self.whole.cast_local_ray(&ray, 2.0 * size, false)
         };
         self.walls.iter().filter_map(through).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Volume of what lies within the domain (m3; m2 in 2D).
+    fn find_volume(&self) -> f64 {
+        let half = 0.5 * self.room.size;
+        let edges = [0, 1, 2].map(|a| {
+            let mut edge = Vector3::zeros();
+            if a < self.dimension {
+                edge[a] = half[a];
+            }
+            edge
+        });
+        self.filled(&Vector3::zeros(), &edges).0
+    }
+
+    /// Its walls as contacts see them.
+    pub fn faces(&self) -> &Mesh {
+        &self.faces
+    }
+
+    /// The gap between a part of a body in this pose, in the axes of the obstacle, and its walls
+    /// (m), negative where they overlap, and the direction from the part to there.
+    pub fn gap(&self, part: &Part, pose: &Pose) -> (Vector3<f64>, f64) {
+        let nearest = self.nearest(&(pose.place + pose.orientation * part.place));
+        let round = (-nearest.normal, nearest.distance - part.rounding);
+        if part.core == Core::Point || nearest.distance <= 0.0 {
+            return round;
+        }
+        self.faces.gap(part, pose, nearest.distance).unwrap_or(round)
     }
 
     /// Its walls, corners counterclockwise seen from outside (m).
@@ -205,6 +240,18 @@ impl Obstacle {
         let bounds = Aabb::new(place(&(low - wider)), place(&(high + wider)));
         self.whole.bvh().intersect_aabb(&bounds).for_each(|k| take(&self.solid[k as usize]));
     }
+}
+
+/// The walls as contacts see them: in 2D the segments that they stand on.
+fn faces_of(dimension: usize, walls: &[[Vector3<f64>; 3]], origins: &[u32], room: &Room) -> Mesh {
+    let face = |(t, origin): (&[Vector3<f64>; 3], &u32)| {
+        if dimension == 3 {
+            return Some((*t, *origin));
+        }
+        let [a, b] = segment(t)?.map(|x| x.push(0.0));
+        Some(([a, b, b], *origin))
+    };
+    Mesh::new(dimension, walls.iter().zip(origins).filter_map(face), room.size.amax())
 }
 
 /// Whether a triangle lies on a side of the domain across an axis.
@@ -276,15 +323,7 @@ impl Geometry for Obstacle {
 
     /// Of what lies within the domain.
     fn volume(&self) -> f64 {
-        let half = 0.5 * self.room.size;
-        let edges = [0, 1, 2].map(|a| {
-            let mut edge = Vector3::zeros();
-            if a < self.dimension {
-                edge[a] = half[a];
-            }
-            edge
-        });
-        self.filled(&Vector3::zeros(), &edges).0
+        self.volume
     }
 
     /// An obstacle does not respond to forces: as of a ball that holds it.
@@ -377,8 +416,8 @@ impl Geometry for Obstacle {
         self.mesh.cast_local_ray(&ray, 2.0 * self.radius, false).map(|way| way + above)
     }
 
-    fn is_obstacle(&self) -> bool {
-        true
+    fn obstacle(&self) -> Option<&Obstacle> {
+        Some(self)
     }
 
     fn parts(&self) -> &[Part] {
