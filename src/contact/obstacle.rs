@@ -2,9 +2,9 @@
 //! as with a plane wall, which has no mass.
 //!
 //! ```text
-//!    ( o )  ( o )        its spring belongs to the pair of a part and a region; from one step to the
-//!   --+---+----+---      next it is known by the face that holds the contact, of which the region
-//!       faces            is that has this face then
+//!    ( o )  ( o )      its spring belongs to the pair of a part and a region; from one step to
+//!   --+---+----+---    the next it is known by the face that holds the contact: the region that
+//!       faces          has it then goes on with the spring
 //! ```
 
 use super::Contacts;

@@ -1,8 +1,8 @@
 //! How a convex part touches a region of the surface of an obstacle ([`crate::region`]).
 //!
 //! ```text
-//!   ball, smooth part   D by Euler's sum, p as the law's potential: that of the contacts is the sum
-//!                       of what each of several nearest points would have
+//!   ball, smooth part   D by Euler's sum, p as the law's potential, which then is the sum of what
+//!                       each of several nearest points would have
 //!   polytope            p = 8 as of two polytopes: its corners, as balls of its rounding, with the
 //!                       faces (each by Euler's sum), sharp corners of the surface with it, and its
 //!                       edges with sharp edges
@@ -12,7 +12,7 @@ use crate::mesh::Mesh;
 use crate::part::{Core, Part, Polytope};
 use crate::placed::{Placed, Pose};
 use crate::region::{Foot, Region, foot, foot_of_ball};
-use crate::touch::{PARALLEL, POWER, Patch, Touch, nearest_of, radius};
+use crate::touch::{PARALLEL, POWER, Patch, SAME, Touch, mean, nearest_of, radius};
 use nalgebra::Vector3;
 
 impl Mesh {
@@ -41,12 +41,21 @@ impl Mesh {
             }
         }
         let (nearest, touching) = self.nearest_face(region, part, pose);
+        if let Some(polytope) = polytope {
+            let corners = polytope.corners.iter().map(|corner| side.at(corner));
+            let feet = corners.filter_map(|corner| {
+                let ball = Part::ball(Vector3::zeros(), part.rounding);
+                let pose = Pose { place: corner, ..*pose };
+                let foot = self.nearest_face(region, &ball, &pose).0;
+                (foot.gap <= nearest.gap + SAME * part.radius).then_some(foot.place)
+            });
+            let place = mean(feet).unwrap_or(nearest.place);
+            return single(&Foot { place, ..nearest });
+        }
         if touching < 2 {
             return single(&nearest);
         }
-        self.add_signed(region, part.rounding, &mut patch, |simplex, normal| {
-            foot(part, pose, simplex, normal)
-        });
+        self.add_signed(region, &mut patch, |simplex, normal| foot(part, pose, simplex, normal));
         if !patch.is_touched() {
             return single(&nearest);
         }
@@ -73,7 +82,6 @@ impl Mesh {
     fn add_signed(
         &self,
         region: &Region,
-        rounding: f64,
         patch: &mut Patch,
         foot: impl Fn(&[Vector3<f64>], &Vector3<f64>) -> Foot,
     ) {
@@ -86,7 +94,6 @@ impl Mesh {
             let corners = self.corners_of(*face);
             add(&corners[..self.dimension()], &self.face(*face).normal, 1.0);
         }
-        let _ = rounding;
         for (ends, counts) in &region.edges {
             add(&ends.map(|k| self.corner(k)), &none, *counts);
         }
@@ -110,7 +117,7 @@ impl Mesh {
                 (corner - self.corner(face.corners[0])).dot(&face.normal) < part.rounding
             };
             if region.faces.iter().any(near) {
-                self.add_signed(region, part.rounding, patch, |simplex, normal| {
+                self.add_signed(region, patch, |simplex, normal| {
                     foot_of_ball(&corner, part.rounding, simplex, normal)
                 });
             }

@@ -2,8 +2,8 @@
 //! section, that share edges and corners.
 //!
 //! ```text
-//!      \  1 /       faces 1, 2, ... with outward normals; of a corner or an edge it is known whether
-//!    2  \../  5     it is sharp: convex, and no part of a flat or of a straight edge
+//!      \  1 /       faces 1, 2, ... with outward normals; of a corner or an edge it is known
+//!    2  \../  5     whether it is sharp: convex, and no part of a flat or of a straight edge
 //!       /3 \
 //! ```
 

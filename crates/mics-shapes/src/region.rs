@@ -1,10 +1,10 @@
 //! Regions of the surface of an obstacle: all faces that one contact of a part of a body may touch.
 //!
 //! ```text
-//!        ( o )              a face is in a region by the direction from it to the part, or by its
-//!    \   /   \   /          normal: two walls of a groove are two regions, the triangles of a flat
-//!     \ /     \ /           one one. They are chosen anew where the contacts of a step are searched
-//!      x       x            for; who was held by one of its faces is held by all of it
+//!        ( o )            a face is in a region by the direction from it to the part or by its
+//!    \   /   \   /        normal: two walls of a groove are two, all triangles of a flat bed
+//!     \ /     \ /         are one. They are chosen anew where the contacts of a step are
+//!      x       x          searched for; who was held by one face is held by all
 //!       \_____/
 //! ```
 //! A ball touches a flat surface once, however many triangles that has: of the depths of faces,
@@ -228,8 +228,11 @@ impl Mesh {
             if height < -reach || height > part.radius + reach {
                 return;
             }
-            let foot = foot(part, pose, &corners[..self.dimension()], &face.normal);
-            if foot.gap <= reach {
+            let corners = &corners[..self.dimension()];
+            // As with walls of the box, the sphere about a part is in reach or not.
+            let sphere = foot_of_ball(&middle, part.radius, corners, &face.normal);
+            if sphere.gap <= reach {
+                let foot = foot(part, pose, corners, &face.normal);
                 near.push((foot.gap, foot.up, k));
             }
         });

@@ -21,8 +21,9 @@ pub(crate) const POWER: i32 = 8;
 /// Sine of the angle between two edges at which their crossing counts half: the nearest points of
 /// parallel ones may be anywhere along them.
 pub(crate) const PARALLEL: f64 = 1e-2;
-/// Part of the deepest overlap by which that of a patch's corners is taken for it.
-const SAME: f64 = 1e-6;
+/// Part of the deepest overlap by which that of a patch's corners is taken for it, and of the
+/// radius by which the gaps of several are one.
+pub(crate) const SAME: f64 = 1e-6;
 /// Sine of the angle between a face and a contact's plane at which the contact is half as flat.
 const FLAT: f64 = 0.05;
 
@@ -188,13 +189,22 @@ pub fn touch_plane(part: &Part, pose: &Pose, normal: &Vector3<f64>, offset: f64)
     let single = Touch { normal: *normal, overlap, gain: 1.0, place, spread: 0.0, radii };
     let Core::Polytope(polytope) = &part.core else { return single };
     if overlap <= 0.0 {
-        return single;
+        // One that is about to touch by several at once does not turn.
+        let feet = polytope.corners.iter().map(|corner| side.at(corner));
+        let feet = feet.filter(|corner| depth(corner) >= overlap - SAME * part.radius);
+        return Touch { place: mean(feet.map(|corner| foot(&corner))).unwrap_or(place), ..single };
     }
     let mut patch = Patch::about(overlap, place, f64::from(POWER));
     for corner in polytope.corners.iter().map(|corner| side.at(corner)) {
         patch.add(depth(&corner), normal, &foot(&corner), 1.0);
     }
     patch.whole(radii)
+}
+
+/// The mean of places (m), where there are any.
+pub(crate) fn mean(places: impl Iterator<Item = Vector3<f64>>) -> Option<Vector3<f64>> {
+    let (sum, count) = places.fold((Vector3::zeros(), 0), |(sum, n), x| (sum + x, n + 1));
+    (count > 0).then(|| sum / f64::from(count))
 }
 
 /// Local radius of curvature of a part's surface (m) where its normal is `n`: the mean of both of
