@@ -79,8 +79,11 @@ impl Regions {
         }
         let Region { faces, edges, corners, sharp_edges, sharp_corners } =
             &mut self.all[self.count];
-        (faces.clear(), edges.clear(), corners.clear());
-        (sharp_edges.clear(), sharp_corners.clear());
+        faces.clear();
+        edges.clear();
+        corners.clear();
+        sharp_edges.clear();
+        sharp_corners.clear();
         self.count += 1;
     }
 }
@@ -220,7 +223,9 @@ impl Mesh {
     /// The faces within reach that do not face away from a part, the nearest first.
     fn find_near(&self, part: &Part, pose: &Pose, reach: f64, scratch: &mut Scratch) {
         let Scratch { near, seeds, of, .. } = scratch;
-        (near.clear(), seeds.clear(), of.clear());
+        near.clear();
+        seeds.clear();
+        of.clear();
         let middle = pose.place + pose.orientation * part.place;
         self.near(&middle, part.radius + reach, |k| {
             let (face, corners) = (self.face(k), self.corners_of(k));
@@ -242,7 +247,8 @@ impl Mesh {
     /// Finds the edges and corners of regions: each belongs to one, the first of its faces'.
     fn find_edges(&self, scratch: &mut Scratch, regions: &mut [Region]) {
         let Scratch { near, of, edges, corners, .. } = scratch;
-        (edges.clear(), corners.clear());
+        edges.clear();
+        corners.clear();
         for ((_, _, face), region) in near.iter().zip(of.iter()) {
             let face = self.face(*face);
             // Those of a segment are its edges, as of a triangle.
