@@ -144,9 +144,14 @@ impl Contacts {
         resistance: f64,
     ) {
         let pair = self.pairs[p];
+        // From the centre of the first to that of the second.
+        let apart = arms[0] - arms[1];
         // How far the contact is from both centres along the normal.
         let arms = [arms[0].dot(&n), -arms[1].dot(&n)];
-        let (body, other) = (&bodies[pair.first], bodies.get(pair.second));
+        let (body, other) = (&bodies[pair.first], self.other(&pair, bodies));
+        // That of a wall turns the line of centres with it.
+        let wall = bodies.get(pair.second).filter(|_| other.is_none());
+        let spin = body.spin - wall.map_or(Vector3::zeros(), |wall| wall.spin);
         if self.side(&pair) == Some(WallSide::Slip) {
             // The mirror image turns the other way, at the same arm.
             let inverse = 0.5 * arms[0] * arms[0] * self.inverse_masses[pair.first].inertia.max();
@@ -161,14 +166,12 @@ impl Contacts {
             return;
         }
         let (spun, lever) = match other {
-            Some(other) => (
-                arms[0] * body.spin - arms[1] * other.spin,
-                (arms[0] - arms[1]) / (arms[0] + arms[1]),
-            ),
-            None => (arms[0] * body.spin, -1.0),
+            Some(other) => {
+                (arms[0] * spin - arms[1] * other.spin, (arms[0] - arms[1]) / (arms[0] + arms[1]))
+            }
+            None => (arms[0] * spin, -1.0),
         };
-        let own =
-            arms[0] * body.spin + other.map_or(Vector3::zeros(), |other| arms[1] * other.spin);
+        let own = arms[0] * spin + other.map_or(Vector3::zeros(), |other| arms[1] * other.spin);
         let moved = slip - own.cross(&n);
         let speed = 0.5 * (spun.cross(&n) + lever * moved);
         let turns =
@@ -178,8 +181,13 @@ impl Contacts {
             + other.map_or(0.0, |_| self.inverse_masses[pair.second].mass.max());
         let inverse = 0.25 * (lever * lever * masses + turning);
         let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * speed;
-        let turn = n.cross(&impulse);
-        self.apply_impulse(p, bodies, lever * impulse, [arms[0] * turn, -arms[1] * turn]);
+        let (turn, impulse) = (n.cross(&impulse), lever * impulse);
+        // On an obstacle about its own centre.
+        let reaction = match wall {
+            Some(_) => apart.cross(&impulse) - arms[0] * turn,
+            None => -arms[1] * turn,
+        };
+        self.apply_impulse(p, bodies, impulse, [arms[0] * turn, reaction]);
     }
 
     /// Gives an impulse (N s) to the first of a pair and takes it from the second one, with what

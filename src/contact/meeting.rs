@@ -1,6 +1,7 @@
 //! How a pair meets, and how its two respond to forces.
 
 use super::law::Kinematics;
+use super::obstacle::is_obstacle;
 use super::pair::Pair;
 use super::{Contacts, DEEPEST_OVERLAP};
 use crate::geometry::Orientation;
@@ -186,6 +187,9 @@ impl Contacts {
     /// The same of a body that is not round.
     fn touch_of_parts(&self, pair: &Pair, bodies: &[Body], h: f64) -> Meeting {
         let body = &bodies[pair.first];
+        if let Some(wall) = bodies.get(pair.second).and_then(|other| other.shape().obstacle()) {
+            return self.touch_of_obstacle(pair, bodies, wall, h);
+        }
         let pose = self.pose(pair.first, bodies, h);
         let (ball, its_ball);
         let part = match body.parts().get(pair.parts[0]) {
@@ -240,11 +244,12 @@ impl Contacts {
     }
 
     /// How a body lies in the middle of a substep `h` (s), or now.
-    fn pose(&self, k: usize, bodies: &[Body], h: f64) -> Pose {
-        if h > 0.0 {
+    pub(super) fn pose(&self, k: usize, bodies: &[Body], h: f64) -> Pose {
+        let body = &bodies[k];
+        if h > 0.0 && !body.is_round() {
             return self.poses[k];
         }
-        Pose { place: bodies[k].centre, orientation: bodies[k].orientation() }
+        Pose { place: body.centre + 0.5 * h * body.velocity, orientation: body.orientation() }
     }
 
     /// Finds how the bodies that are not round lie in the middle of a substep `h` (s), and how they
@@ -266,6 +271,9 @@ impl Contacts {
             let Some(body) = bodies.get(k) else { return (f64::INFINITY, f64::INFINITY) };
             if body.is_round() {
                 return (body.radius(), body.radius());
+            }
+            if is_obstacle(body) {
+                return (f64::INFINITY, 0.0);
             }
             body.parts().get(part).map_or((body.radius(), body.radius()), |part| {
                 (part.radius, if part.core == Core::Point { part.radius } else { part.rounding })
@@ -303,7 +311,6 @@ impl Contacts {
         let mut turned = inverse_mass.accelerations.angular.cross(&arms[0]);
         let (mut whole, mut inverse, mut accelerations) =
             (inverse_mass.whole, inverse_mass.mass, inverse_mass.accelerations.acceleration);
-        let mut round = body.is_round();
         if let Some(other) = bodies.get(pair.second) {
             let its = &self.inverse_masses[pair.second];
             turning -= other.spin.cross(&arms[1]);
@@ -311,8 +318,8 @@ impl Contacts {
             accelerations -= its.accelerations.acceleration;
             whole += its.whole;
             inverse += its.mass;
-            round &= other.is_round();
         }
+        let round = self.are_round(pair, bodies);
         if pair.is_own_image() {
             // An impulse and its reaction on the same body move it nowhere, and turn it twice.
             inverse = Vector3::zeros();
@@ -382,7 +389,7 @@ impl Contacts {
 impl Meeting {
     /// That of two parts, whose centres have a relative velocity and whose spins add another one at
     /// the contact (m/s).
-    fn of(
+    pub(super) fn of(
         touch: &Touch,
         arms: [Vector3<f64>; 2],
         velocity: Vector3<f64>,

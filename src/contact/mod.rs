@@ -37,6 +37,7 @@ mod gaps;
 mod law;
 mod lubrication;
 mod meeting;
+mod obstacle;
 mod overlap;
 mod pair;
 mod results;
@@ -57,7 +58,7 @@ use correction::Constraint;
 pub use law::{Damping, Laws, Material};
 pub use lubrication::Medium;
 use meeting::{InverseMass, RIGID};
-use mics_shapes::Pose;
+use mics_shapes::{Pose, Regions};
 use nalgebra::{Matrix3, Vector3};
 use pair::{Pair, crossed};
 pub use stiffness::Impact;
@@ -91,7 +92,8 @@ pub struct Springs {
     /// Which image: whole periods from the centre of the second body to that of the image, along
     /// each axis.
     pub image: Vector3<f64>,
-    /// Which parts of both bodies; 0 of round bodies and of walls.
+    /// Which parts of both bodies; 0 of round bodies and of walls, of an obstacle the face that
+    /// holds the contact.
     pub parts: [usize; 2],
     /// The tangential spring (m), which pulls the first body back.
     pub tangential: Vector3<f64>,
@@ -121,6 +123,9 @@ pub struct Contacts {
     periods: [Option<f64>; 3],
     substeps: Substeps,
     neighbours: Neighbours,
+    /// The bodies that are obstacles, and the regions of them in reach of parts of bodies.
+    obstacles: Vec<usize>,
+    regions: Regions,
     /// By their first body, ascending; those of the search before.
     pairs: Vec<Pair>,
     old: Vec<Pair>,
@@ -185,6 +190,8 @@ impl Contacts {
             periods,
             substeps,
             neighbours: Neighbours::new(bodies, size, periods),
+            obstacles: (0..n).filter(|k| bodies[*k].shape().is_obstacle()).collect(),
+            regions: Regions::default(),
             pairs: Vec::with_capacity(8 * parts),
             old: Vec::with_capacity(8 * parts),
             inverse_masses: vec![RIGID; n],
@@ -295,6 +302,7 @@ impl Contacts {
         bodies.iter_mut().zip(&self.turned).for_each(|(body, turned)| body.rotate(turned));
         self.refuse_strays(bodies)?;
         self.find_damping(bodies);
+        self.find_faces(bodies);
         touching.springs.clear();
         let sustained = self.pairs.iter().filter_map(|p| {
             let image = p.image + crossed(bodies, p.first, p.second, &self.periods);

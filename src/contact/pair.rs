@@ -13,8 +13,11 @@ pub(super) struct Pair {
     /// Which image of the second body it is: whole periods from its path to that of the image,
     /// along each axis.
     pub(super) image: Vector3<f64>,
-    /// Which parts of both; 0 of round bodies and of walls.
+    /// Which parts of both; 0 of round bodies and of walls, of an obstacle the face that holds the
+    /// contact, or did so last.
     pub(super) parts: [usize; 2],
+    /// Which of the regions of obstacles it is, where the second is one.
+    pub(super) region: usize,
     /// Tangential spring (m), while they touch, and that of their rolling (rad).
     pub(super) spring: Option<Vector3<f64>>,
     pub(super) rolled: Vector3<f64>,
@@ -43,12 +46,16 @@ pub(super) struct Pair {
 }
 
 impl Pair {
+    /// The region of a pair of which none was searched for yet.
+    pub(super) const NO_REGION: usize = usize::MAX;
+
     pub(super) fn new(first: usize, second: usize, image: Vector3<f64>) -> Pair {
         Pair {
             first,
             second,
             image,
             parts: [0; 2],
+            region: Pair::NO_REGION,
             spring: None,
             rolled: Vector3::zeros(),
             impulse: Vector3::zeros(),
@@ -86,14 +93,15 @@ impl Pair {
 }
 
 /// Whole periods, along each axis, by which the second of two bodies has crossed more periodic
-/// boundaries; none of a wall.
+/// boundaries; none of a wall, nor of an obstacle, which has its images in itself.
 pub(super) fn crossed(
     bodies: &[Body],
     first: usize,
     second: usize,
     periods: &[Option<f64>; 3],
 ) -> Vector3<f64> {
-    let Some(other) = bodies.get(second) else { return Vector3::zeros() };
+    let imaged = |other: &&Body| other.is_round() || !other.shape().is_obstacle();
+    let Some(other) = bodies.get(second).filter(imaged) else { return Vector3::zeros() };
     let further = other.crossed - bodies[first].crossed;
     Vector3::from_fn(|a, _| periods[a].map_or(0.0, |length| (further[a] / length).round()))
 }

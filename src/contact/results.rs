@@ -156,7 +156,8 @@ impl Contacts {
         for &(first, second, Springs { image, .. }) in &touching.springs {
             let imaged =
                 (0..3).any(|a| image[a] != 0.0 && (second >= bodies || self.periods[a].is_none()));
-            if first >= bodies || second <= first || second >= bodies + self.walls.len() || imaged {
+            let misplaced = second <= first && !self.obstacles.contains(&second);
+            if first >= bodies || misplaced || second >= bodies + self.walls.len() || imaged {
                 return Err(Error::Run(format!(
                     "the saved contact of particle {first} with {second} does not belong to this \
                     case: restart with \

@@ -49,7 +49,7 @@ impl Contacts {
         normal: f64,
     ) -> Vector3<f64> {
         let (h, other) = (kinematics.h, bodies.get(pair.second));
-        let round = bodies[pair.first].is_round() && other.is_none_or(Body::is_round);
+        let round = self.are_round(pair, bodies);
         let lever = if round {
             self.law(pair).material.rolling_friction
         } else {
@@ -101,7 +101,7 @@ impl Contacts {
     ) -> Resistance {
         let (body, other, n) = (&bodies[pair.first], bodies.get(pair.second), kinematics.normal);
         let spin = body.spin - other.map_or(Vector3::zeros(), |other| other.spin);
-        let reduced = 1.0 / (1.0 / body.radius() + other.map_or(0.0, |other| 1.0 / other.radius()));
+        let reduced = 1.0 / (1.0 / meeting.radii[0] + 1.0 / meeting.radii[1]);
         let lever = self.law(pair).material.rolling_friction * reduced;
         let shape = if body.shape().dimension() == 2 { 3.0 } else { 2.25 };
         let part = |k: usize, body: usize| {

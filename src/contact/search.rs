@@ -3,7 +3,7 @@
 use super::law::Law;
 use super::meeting::InverseMass;
 use super::pair::{Pair, crossed};
-use super::{Contacts, Wall};
+use super::{Contacts, Wall, obstacle};
 use crate::error::NotFinite;
 use crate::particles::Body;
 use crate::{Error, Result};
@@ -18,10 +18,18 @@ impl Contacts {
             let way =
                 (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * time) * time;
             let way = way + self.rim_way(body, inverse_mass, time);
-            self.search_radius[i] = 0.5 * self.medium.range(&self.numerics)
-                + if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
+            self.search_radius[i] = 0.5 * self.medium.range(&self.numerics);
+            if obstacle::is_obstacle(body) {
+                // Nothing drives it from its way.
+                self.search_radius[i] += way;
+                continue;
+            }
+            self.search_radius[i] +=
+                if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
             farthest = farthest.max(body.radius() + self.search_radius[i]);
         }
+        self.find_faces(bodies);
+        self.regions.clear();
         self.travelled.fill(0.0);
         self.paired.fill(false);
         // The first search of a step has the few pairs with springs only: exchanged for the other,
@@ -36,6 +44,9 @@ impl Contacts {
             let mine = rest.iter().take_while(|p| p.first == i).count();
             let (before, after) = rest.split_at(mine);
             rest = after;
+            if self.obstacles.contains(&i) {
+                continue;
+            }
             let kept = |j, image, parts| {
                 let same = |p: &&Pair| p.second == j && p.image == image && p.parts == parts;
                 let new = Pair { parts, ..Pair::new(i, j, image) };
@@ -46,7 +57,7 @@ impl Contacts {
             let begin = pairs.len();
             let search_radius = &self.search_radius;
             self.neighbours.around(i, bodies, search_radius, |j, image| {
-                if !free(i) && !free(j) {
+                if (!free(i) && !free(j)) || self.obstacles.contains(&j) {
                     return;
                 }
                 let image = image - crossed(bodies, i, j, periods);
@@ -66,6 +77,29 @@ impl Contacts {
                     pairs.push(kept(bodies.len() + w, Vector3::zeros(), [part, 0]));
                     paired[i] = true;
                 });
+            }
+            for &o in self.obstacles.iter().filter(|_| free(i)) {
+                let reach = search_radius[i] + search_radius[o];
+                let (regions, wall) = (&mut self.regions, &bodies[o]);
+                obstacle::regions_near(
+                    body,
+                    wall,
+                    periods,
+                    reach,
+                    regions,
+                    |part, face, region| {
+                        let same = |p: &&Pair| {
+                            p.second == o
+                                && p.parts[0] == part
+                                && region.faces.has(region.found, p.parts[1])
+                        };
+                        let parts = [part, face];
+                        let new = Pair { parts, ..Pair::new(i, o, Vector3::zeros()) };
+                        let old = before.iter().find(same).copied().unwrap_or(new);
+                        pairs.push(Pair { clear: 0.0, region: region.number, ..old });
+                        (paired[i], paired[o]) = (true, true);
+                    },
+                );
             }
             sort(&mut pairs[begin..], body, bodies, &self.walls, periods);
         }
@@ -90,6 +124,9 @@ impl Contacts {
 
     pub(super) fn name(&self, pair: &Pair) -> String {
         match pair.second.checked_sub(self.materials.len()) {
+            None if self.obstacles.contains(&pair.second) => {
+                format!("particle {} and obstacle {}", self.ids[pair.first], self.ids[pair.second])
+            }
             None => format!("particles {} and {}", self.ids[pair.first], self.ids[pair.second]),
             Some(w) => format!("particle {} and {}", self.ids[pair.first], self.walls[w].name()),
         }

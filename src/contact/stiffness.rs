@@ -50,7 +50,13 @@ impl Impact {
             (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
         let (mut speeds, mut impact) = ([0.0f64; 2], Impact::default());
         impact.depth = 2.0 * numerics.auto_overlap * smallest;
+        let obstacles = bodies.iter().filter(|body| body.shape().is_obstacle()).count();
+        let count = bodies.len() - obstacles;
         for body in bodies {
+            // An obstacle is a wall.
+            if body.shape().is_obstacle() && !body.moves() {
+                continue;
+            }
             let (mut speed, volume) =
                 (body.velocity.norm().max(body.speed()).max(flow), body.volume());
             if body.freedom().is_some() {
@@ -64,7 +70,7 @@ impl Impact {
                     viscosity / density,
                 );
                 speed = (speed * speed + fall.min(terminal * terminal)).sqrt();
-                let above = (length / (2.0 * body.radius())).min(bodies.len() as f64).max(1.0);
+                let above = (length / (2.0 * body.radius())).min(count as f64).max(1.0);
                 impact.weight = impact.weight.max(above * weight);
                 impact.mass = impact.mass.max(body.mass() + density * volume);
             }
@@ -74,7 +80,7 @@ impl Impact {
                 speeds[1] = speed;
             }
         }
-        impact.speed = if bodies.len() == 1 { speeds[0] } else { speeds[0] + 0.5 * speeds[1] };
+        impact.speed = speeds[0] + 0.5 * speeds[1];
         impact
     }
 

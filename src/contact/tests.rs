@@ -4,6 +4,7 @@ mod correction;
 mod crowd;
 mod friction;
 mod gaps;
+mod obstacles;
 mod shapes;
 mod solids;
 

@@ -212,7 +212,12 @@ pub trait Shape: Debug + Send + Sync {
     /// Whether it stands in the domain, its periodic images and its ends at the sides of the
     /// domain in itself.
     fn is_obstacle(&self) -> bool {
-        false
+        self.obstacle().is_some()
+    }
+
+    /// It as an obstacle, where it is one.
+    fn obstacle(&self) -> Option<&shapes::Obstacle> {
+        None
     }
 
     /// Area of a polygon in place of [`Shape::filled`], after Ushijima et al. 2003, of shapes that

@@ -2,7 +2,7 @@
 
 use super::tiles::{Filled, Tiles};
 use super::{Orientation, Shape, SurfacePoint};
-use mics_shapes::{Geometry, Part};
+use mics_shapes::{Geometry, Obstacle, Part};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 
@@ -139,8 +139,8 @@ impl Shape for Solid {
         self.0.meets_itself(&own(foot), &own(normal))
     }
 
-    fn is_obstacle(&self) -> bool {
-        self.0.is_obstacle()
+    fn obstacle(&self) -> Option<&Obstacle> {
+        self.0.obstacle()
     }
 
     fn parts(&self) -> &[Part] {

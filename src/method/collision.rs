@@ -25,9 +25,10 @@ pub(crate) fn refuse_collisions<const D: usize>(
             None => "it moves as prescribed: end the run before, or change its motion",
         };
         let bounds = body.shape().bounds(&body.orientation());
-        for (a, axis) in
-            ["x", "y", "z"].into_iter().enumerate().take(D).filter(|(a, _)| !grid.periodic[*a])
-        {
+        // An obstacle may cross the boundary of the box, and other obstacles.
+        let obstacle = |b: &Body| b.shape().is_obstacle();
+        let axes = ["x", "y", "z"].into_iter().enumerate().take(D);
+        for (a, axis) in axes.filter(|(a, _)| !grid.periodic[*a] && !obstacle(body)) {
             let inside = bounds[a] * (1.0 - 1e-9)..=grid.size[a] - bounds[a] * (1.0 - 1e-9);
             if !inside.contains(&body.centre[a]) {
                 return Err(Error::Run(format!(
@@ -37,14 +38,18 @@ pub(crate) fn refuse_collisions<const D: usize>(
                 )));
             }
         }
-        for (k, other) in bodies.iter().enumerate().filter(|(k, b)| *k != index && lawless(b)) {
+        let others = bodies.iter().enumerate().filter(|(k, b)| *k != index && lawless(b));
+        for (k, other) in others.filter(|(_, b)| !(obstacle(b) && obstacle(body))) {
             let k = bodies[k].id;
             let apart = nearest_image(&body.centre, &other.centre, &periods);
             let touching = (body.radius() + other.radius()) * (1.0 - 1e-9);
             if apart.norm_squared() < touching * touching && overlap(body, other, &apart) {
+                let what = |b: &Body| if obstacle(b) { "obstacle" } else { "particle" };
                 return Err(Error::Run(format!(
-                    "particle {mover} has run into particle {k} (their centres are {:.6} m apart); \
+                    "{} {mover} has run into {} {k} (their centres are {:.6} m apart); \
                     {cure}",
+                    what(body),
+                    what(other),
                     apart.norm()
                 )));
             }
@@ -59,7 +64,8 @@ fn overlap(body: &Body, other: &Body, apart: &Vector3<f64>) -> bool {
     if body.shape().is_round() && other.shape().is_round() {
         return true;
     }
-    let has_parts = |body: &Body| body.is_round() || !body.parts().is_empty();
+    let has_parts =
+        |body: &Body| body.is_round() || !body.parts().is_empty() || body.shape().is_obstacle();
     if has_parts(body) && has_parts(other) {
         return gap(body, other, apart).1 <= 1e-9 * body.radius().min(other.radius());
     }

@@ -1,13 +1,21 @@
 //! How far two bodies are apart.
 
 use super::Body;
-use mics_shapes::{Part, Pose, closest};
+use mics_shapes::{Obstacle, Part, Pose, closest};
 use nalgebra::Vector3;
 
 /// The direction from a body to another one, whose centre is `apart` from its own (m), and the gap
 /// between them (m), negative where they overlap: of bodies that are not round where their parts
-/// are nearest, and of such as have no parts that of the spheres about them.
+/// are nearest, of obstacles that to their walls, and of others without parts that of the spheres
+/// about them.
 pub fn gap(body: &Body, other: &Body, apart: &Vector3<f64>) -> (Vector3<f64>, f64) {
+    if let Some(wall) = other.shape().obstacle() {
+        return gap_to(body, other, wall, apart);
+    }
+    if let Some(wall) = body.shape().obstacle() {
+        let (normal, gap) = gap_to(other, body, wall, &-apart);
+        return (-normal, gap);
+    }
     let distance = apart.norm();
     let spheres = (apart / distance, distance - body.radius() - other.radius());
     if body.parts().is_empty() && other.parts().is_empty() {
@@ -37,4 +45,16 @@ pub fn gap(body: &Body, other: &Body, apart: &Vector3<f64>) -> (Vector3<f64>, f6
         }
     }
     nearest.unwrap_or(spheres)
+}
+
+/// The same between a body and an obstacle, whose centre is `apart` from its own (m).
+fn gap_to(body: &Body, other: &Body, wall: &Obstacle, apart: &Vector3<f64>) -> (Vector3<f64>, f64) {
+    let turn = other.orientation();
+    let back = turn.inverse();
+    let pose = Pose { place: -(back * apart), orientation: back * body.orientation() };
+    let ball = [Part::ball(Vector3::zeros(), body.radius())];
+    let parts = if body.parts().is_empty() { &ball[..] } else { body.parts() };
+    let gaps = parts.iter().map(|part| wall.gap(part, &pose));
+    let nearest = gaps.min_by(|one, other| one.1.total_cmp(&other.1));
+    nearest.map_or((apart.normalize(), f64::INFINITY), |(normal, gap)| (turn * normal, gap))
 }

@@ -21,6 +21,8 @@ mod ellipse;
 mod ellipsoid;
 mod facets;
 mod flat;
+mod ground;
+mod mesh;
 mod obstacle;
 mod outline;
 mod part;
@@ -28,6 +30,7 @@ mod patches;
 mod placed;
 mod polygon;
 mod polyhedron;
+mod region;
 mod scaled;
 #[cfg(test)]
 mod scatter;
@@ -43,11 +46,13 @@ pub use clump::Clump;
 pub use distance::closest;
 pub use ellipse::Ellipse;
 pub use ellipsoid::Ellipsoid;
+pub use mesh::Mesh;
 pub use obstacle::{Obstacle, Room};
 pub use part::{Core, Face, Part, Polytope};
 pub use placed::{Closest, Pose};
 pub use polygon::Polygon;
 pub use polyhedron::Polyhedron;
+pub use region::{Region, Regions};
 pub use scaled::Scaled;
 pub use superquadric::Superquadric;
 pub use touch::{Touch, touch, touch_plane};
@@ -134,7 +139,12 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// Whether it stands in the domain, its periodic images and its ends at the sides of the
     /// domain in itself.
     fn is_obstacle(&self) -> bool {
-        false
+        self.obstacle().is_some()
+    }
+
+    /// It as an obstacle, where it is one.
+    fn obstacle(&self) -> Option<&Obstacle> {
+        None
     }
 
     /// Its convex parts; their union is the solid, as contacts see it.

@@ -11,21 +11,19 @@
 //! edges (Baerentzen and Aanaes 2005, doi 10.1109/TVCG.2005.49); fractions are exact
 //! ([`super::solid`], [`super::section`]). An outline (2D) is a wall of triangles along z.
 
+mod walls;
+
+use super::mesh::{Mesh, place};
 use super::section::Section;
 use super::solid::BoxSection;
-use super::{Fault, Geometry, Nearest, Part, Patch, outline, patches};
+use super::{Fault, Geometry, Nearest, Part, Patch, Pose, outline, patches};
+use crate::part::Core;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::math::Vector as Place;
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation, Ray, RayCast};
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 use std::cell::RefCell;
-
-/// Distance from a side (of the domain's size) within which a part of the surface lies on it.
-const ON_SIDE: f64 = 1e-9;
-
-/// How far images across periodic sides are kept (of the period).
-const BESIDE: f64 = 0.25;
+use walls::{ON_SIDE, Walls, segment};
 
 /// The domain that an obstacle stands in: a box from the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,41 +39,35 @@ pub struct Room {
 #[derive(Clone)]
 pub struct Obstacle {
     dimension: usize,
-    /// All of the closed surface, and its periodic images.
-    solid: Vec<[Vector3<f64>; 3]>,
+    surface: Walls,
+    /// All of its closed surface, and the walls among it.
     whole: TriMesh,
-    /// The walls among it.
-    walls: Vec<[Vector3<f64>; 3]>,
     mesh: TriMesh,
+    /// The walls as contacts see them.
+    faces: Mesh,
     room: Room,
-    /// The middle of the domain, seen from its own origin (m).
-    middle: Vector3<f64>,
     radius: f64,
-    low: Vector3<f64>,
-    high: Vector3<f64>,
     thickness: f64,
+    /// Volume within the domain (m3; m2 in 2D) and its first moment about the own origin.
+    filled: (f64, Vector3<f64>),
 }
 
 impl std::fmt::Debug for Obstacle {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "Obstacle of {} walls in {} dimensions", self.walls.len(), self.dimension)
+        write!(f, "Obstacle of {} walls in {} dimensions", self.surface.walls.len(), self.dimension)
     }
 }
 
 impl PartialEq for Obstacle {
     fn eq(&self, other: &Obstacle) -> bool {
-        let of = |o: &Obstacle| (o.dimension, o.room, o.middle);
-        of(self) == of(other) && self.solid == other.solid
+        let of = |o: &Obstacle| (o.dimension, o.room, o.surface.middle);
+        of(self) == of(other) && self.surface.solid == other.surface.solid
     }
 }
 
 thread_local! {
     static FLAT: RefCell<Section> = RefCell::default();
     static BOX: RefCell<BoxSection> = RefCell::default();
-}
-
-fn place(x: &Vector3<f64>) -> Place {
-    Place::new(x.x, x.y, x.z)
 }
 
 fn mesh_of(triangles: &[[Vector3<f64>; 3]]) -> Result<TriMesh, Fault> {
@@ -122,52 +114,24 @@ impl Obstacle {
     }
 
     fn of(dimension: usize, given: Vec<[Vector3<f64>; 3]>, room: &Room) -> Result<Obstacle, Fault> {
-        let shift = 0.5 * Vector3::from_fn(|a, _| if a < dimension { room.size[a] } else { 0.0 });
-        let half = shift;
-        let mut solid: Vec<_> = given.iter().map(|t| t.map(|x| x - shift)).collect();
-        for a in (0..dimension).filter(|a| room.periodic[*a]) {
-            let reach = (0.5 + BESIDE) * room.size[a];
-            // There the solid goes on.
-            solid.retain(|t| !is_flush(t, &half, a, room));
-            let own = solid.clone();
-            for way in [-room.size[a], room.size[a]] {
-                let moved = own.iter().map(|t| {
-                    t.map(|mut x| {
-                        x[a] += way;
-                        x
-                    })
-                });
-                let near = |t: &[Vector3<f64>; 3]| {
-                    t.iter().any(|x| x[a] < reach) && t.iter().any(|x| x[a] > -reach)
-                };
-                solid.extend(moved.filter(near));
-            }
-        }
-        let walls: Vec<_> =
-            solid.iter().filter(|t| is_wall(t, &half, dimension, room)).copied().collect();
-        let (mut low, mut high) =
-            (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-        for corner in walls.iter().flatten() {
-            (low, high) = (low.inf(corner), high.sup(corner));
-        }
-        let (low, high) = (low.sup(&-half), high.inf(&half));
-        if walls.is_empty() || (0..dimension).any(|a| low[a] > high[a]) {
-            return Err(Fault("has no surface within the domain".to_owned()));
-        }
+        Obstacle::made(Walls::of(dimension, given, room)?, dimension, room)
+    }
+
+    fn made(surface: Walls, dimension: usize, room: &Room) -> Result<Obstacle, Fault> {
+        let (low, high) = (surface.low, surface.high);
         let mut obstacle = Obstacle {
             dimension,
-            whole: mesh_of(&solid)?,
-            mesh: mesh_of(&walls)?,
-            solid,
-            walls,
+            whole: mesh_of(&surface.solid)?,
+            mesh: mesh_of(&surface.walls)?,
+            faces: surface.faces(dimension, room),
+            surface,
             room: *room,
-            middle: Vector3::zeros(),
-            radius: reach(&low, &high),
-            low,
-            high,
+            radius: low.abs().sup(&high.abs()).norm(),
             thickness: 0.0,
+            filled: (0.0, Vector3::zeros()),
         };
         obstacle.thickness = obstacle.find_thickness();
+        obstacle.filled = obstacle.within_domain();
         Ok(obstacle)
     }
 
@@ -177,40 +141,26 @@ impl Obstacle {
     /// # Errors
     /// As [`Obstacle::surface`].
     pub fn about(&self, place: &Vector3<f64>) -> Result<Obstacle, Fault> {
-        let shift = place - self.centre();
-        let moved = |all: &[[Vector3<f64>; 3]]| -> Vec<_> {
-            all.iter().map(|t| t.map(|x| x - shift)).collect()
-        };
-        let (solid, walls) = (moved(&self.solid), moved(&self.walls));
-        let (low, high) = (self.low - shift, self.high - shift);
-        Ok(Obstacle {
-            whole: mesh_of(&solid)?,
-            mesh: mesh_of(&walls)?,
-            solid,
-            walls,
-            middle: self.middle - shift,
-            radius: reach(&low, &high),
-            low,
-            high,
-            ..self.clone()
-        })
+        let surface = self.surface.moved(&(self.centre() - place));
+        Obstacle::made(surface, self.dimension, &self.room)
     }
 
     /// Where its own origin lies in the domain (m).
     pub fn centre(&self) -> Vector3<f64> {
         let half = 0.5 * self.room.size;
-        Vector3::from_fn(|a, _| if a < self.dimension { half[a] - self.middle[a] } else { 0.0 })
+        let middle = &self.surface.middle;
+        Vector3::from_fn(|a, _| if a < self.dimension { half[a] - middle[a] } else { 0.0 })
     }
 
     /// Centre of the volume that it has in the domain (m).
     pub fn centre_of_volume(&self) -> Vector3<f64> {
-        let (volume, first) = self.within_domain();
+        let (volume, first) = self.filled;
         self.centre() + first / volume
     }
 
     /// The ends of its surface within the domain along each axis (m).
     pub fn bounds(&self) -> [Vector3<f64>; 2] {
-        [self.low, self.high].map(|end| end + self.centre())
+        [self.surface.low, self.surface.high].map(|end| end + self.centre())
     }
 
     /// Volume within the domain (m3, m2 in 2D) and its first moment about the own origin.
@@ -223,7 +173,7 @@ impl Obstacle {
             }
             edge
         });
-        self.filled(&self.middle, &edges)
+        self.filled(&self.surface.middle, &edges)
     }
 
     /// How far it is from the middles of its walls straight through the solid to another wall, at
@@ -241,12 +191,28 @@ impl Obstacle {
             let ray = Ray::new(place(&from), place(&inwards));
             self.whole.cast_local_ray(&ray, 2.0 * size, false).map(|way| way + off)
         };
-        self.walls.iter().filter_map(through).fold(f64::INFINITY, f64::min)
+        self.surface.walls.iter().filter_map(through).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Its walls as contacts see them.
+    pub fn faces(&self) -> &Mesh {
+        &self.faces
+    }
+
+    /// The gap between a part of a body in this pose, in the axes of the obstacle, and its walls
+    /// (m), negative where they overlap, and the direction from the part to there.
+    pub fn gap(&self, part: &Part, pose: &Pose) -> (Vector3<f64>, f64) {
+        let nearest = self.nearest(&(pose.place + pose.orientation * part.place));
+        let round = (-nearest.normal, nearest.distance - part.rounding);
+        if part.core == Core::Point || nearest.distance <= 0.0 {
+            return round;
+        }
+        self.faces.gap(part, pose, nearest.distance).unwrap_or(round)
     }
 
     /// Its walls, corners counterclockwise seen from outside (m).
     pub fn walls(&self) -> &[[Vector3<f64>; 3]] {
-        &self.walls
+        &self.surface.walls
     }
 
     /// The segment that one of its walls stands on in 2D, with the solid on its left; of two
@@ -269,33 +235,11 @@ impl Obstacle {
     ) {
         let wider = Vector3::repeat(1e-9 * (high - low).amax());
         let bounds = Aabb::new(place(&(low - wider)), place(&(high + wider)));
-        self.whole.bvh().intersect_aabb(&bounds).for_each(|k| take(&self.solid[k as usize]));
+        self.whole
+            .bvh()
+            .intersect_aabb(&bounds)
+            .for_each(|k| take(&self.surface.solid[k as usize]));
     }
-}
-
-/// How far a box with these ends reaches from the origin (m).
-fn reach(low: &Vector3<f64>, high: &Vector3<f64>) -> f64 {
-    low.abs().sup(&high.abs()).norm()
-}
-
-/// Whether a triangle lies on a side of the domain across an axis.
-fn is_flush(t: &[Vector3<f64>; 3], half: &Vector3<f64>, axis: usize, room: &Room) -> bool {
-    let on = ON_SIDE * room.size[axis];
-    [-1.0, 1.0].into_iter().any(|side| t.iter().all(|x| (side * x[axis] - half[axis]).abs() <= on))
-}
-
-/// Whether a triangle is a wall: not on a side of the domain, nor beyond one.
-fn is_wall(t: &[Vector3<f64>; 3], half: &Vector3<f64>, dimension: usize, room: &Room) -> bool {
-    !(0..dimension).any(|a| {
-        let on = ON_SIDE * room.size[a];
-        let beyond = |side: f64| t.iter().all(|x| side * x[a] - half[a] >= -on);
-        is_flush(t, half, a, room) || (!room.periodic[a] && (beyond(-1.0) || beyond(1.0)))
-    })
-}
-
-/// The segment that a wall along z stands on, once for its two triangles (m).
-fn segment([a, b, _]: &[Vector3<f64>; 3]) -> Option<[Vector2<f64>; 2]> {
-    (a.z == b.z).then(|| [a.xy(), b.xy()])
 }
 
 impl Geometry for Obstacle {
@@ -309,7 +253,7 @@ impl Geometry for Obstacle {
 
     /// Of what lies within the domain.
     fn volume(&self) -> f64 {
-        self.within_domain().0
+        self.filled.0
     }
 
     /// An obstacle does not respond to forces: as of a ball that holds it.
@@ -330,7 +274,7 @@ impl Geometry for Obstacle {
         let normal = if distance > 1e-12 * self.radius {
             sign / distance * arm
         } else {
-            let [a, b, c] = self.walls[triangle as usize];
+            let [a, b, c] = self.surface.walls[triangle as usize];
             (b - a).cross(&(c - a)).normalize()
         };
         Nearest { distance: sign * distance, normal }
@@ -340,9 +284,10 @@ impl Geometry for Obstacle {
         let mut all = Vec::new();
         let half = 0.5 * self.room.size;
         let within = |x: &Vector3<f64>| {
-            (0..self.dimension).all(|a| (x[a] - self.middle[a]).abs() <= half[a] * (1.0 + ON_SIDE))
+            (0..self.dimension)
+                .all(|a| (x[a] - self.surface.middle[a]).abs() <= half[a] * (1.0 + ON_SIDE))
         };
-        for [a, b, c] in &self.walls {
+        for [a, b, c] in &self.surface.walls {
             let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { continue };
             if self.dimension == 3 {
                 patches::of_triangle(&[*a, *b, *c], &normal, spacing, &mut all);
@@ -360,7 +305,8 @@ impl Geometry for Obstacle {
     }
 
     fn extent(&self, n: &Vector3<f64>) -> f64 {
-        n.zip_zip_map(&self.low, &self.high, |n, low, high| (n * low).max(n * high)).sum()
+        n.zip_zip_map(&self.surface.low, &self.surface.high, |n, low, high| (n * low).max(n * high))
+            .sum()
     }
 
     fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
@@ -403,8 +349,8 @@ impl Geometry for Obstacle {
         self.mesh.cast_local_ray(&ray, 2.0 * self.radius, false).map(|way| way + above)
     }
 
-    fn is_obstacle(&self) -> bool {
-        true
+    fn obstacle(&self) -> Option<&Obstacle> {
+        Some(self)
     }
 
     fn parts(&self) -> &[Part] {
@@ -413,9 +359,9 @@ impl Geometry for Obstacle {
 
     fn triangles(&self, _spacing: f64) -> Vec<[Vector3<f64>; 3]> {
         if self.dimension == 3 {
-            return self.walls.clone();
+            return self.surface.walls.clone();
         }
-        let segments = self.walls.iter().filter_map(segment);
+        let segments = self.surface.walls.iter().filter_map(segment);
         segments.map(|[a, b]| [a, b, b].map(|x| x.push(0.0))).collect()
     }
 }

@@ -17,12 +17,13 @@ use crate::placed::{Closest, Placed, Pose};
 use nalgebra::Vector3;
 
 /// p: the larger, the nearer D is to the deepest overlap, and the faster a flat contact swings.
-const POWER: i32 = 8;
+pub(crate) const POWER: i32 = 8;
 /// Sine of the angle between two edges at which their crossing counts half: the nearest points of
 /// parallel ones may be anywhere along them.
-const PARALLEL: f64 = 1e-2;
-/// Part of the deepest overlap by which that of a patch's corners is taken for it.
-const SAME: f64 = 1e-6;
+pub(crate) const PARALLEL: f64 = 1e-2;
+/// Part of the deepest overlap by which that of a patch's corners is taken for it, and of the
+/// radius by which the gaps of several are one.
+pub(crate) const SAME: f64 = 1e-6;
 /// Sine of the angle between a face and a contact's plane at which the contact is half as flat.
 const FLAT: f64 = 0.05;
 
@@ -45,9 +46,11 @@ pub struct Touch {
 
 /// The corners of a patch, summed up.
 #[derive(Debug, Default)]
-struct Patch {
-    /// The deepest overlap (m), what depths are counted in.
+pub(crate) struct Patch {
+    /// The deepest overlap (m), or another depth, what depths are counted in.
     deepest: f64,
+    /// p.
+    exponent: f64,
     /// Sum of `(d/deepest)^p`, and those of `(d/deepest)^(p-1)` with 1, n, x, `x x n` and `x.x`
     /// (places from `origin`).
     power: f64,
@@ -62,9 +65,28 @@ struct Patch {
 }
 
 impl Patch {
-    /// One about a contact of this depth (m).
-    fn about(deepest: f64, origin: Vector3<f64>) -> Patch {
-        Patch { deepest, origin, ..Patch::default() }
+    /// One of depths about this one (m), with this exponent p.
+    pub(crate) fn about(deepest: f64, origin: Vector3<f64>, exponent: f64) -> Patch {
+        Patch { deepest, origin, exponent, ..Patch::default() }
+    }
+
+    /// `share^(p-1)`.
+    fn weight_of(&self, share: f64) -> f64 {
+        if self.exponent == f64::from(POWER) {
+            share.powi(POWER - 1)
+        } else {
+            share.powf(self.exponent - 1.0)
+        }
+    }
+
+    /// Whether a corner of it overlaps, and what counts against some leaves a whole.
+    pub(crate) fn is_touched(&self) -> bool {
+        self.power > 0.0 && self.weight > 0.0 && self.normal != Vector3::zeros()
+    }
+
+    /// The normal of all of it.
+    pub(crate) fn direction(&self) -> Vector3<f64> {
+        self.normal.normalize()
     }
 
     /// Adds the nearest points of a corner or an edge of both bodies (m) with these roundings (m).
@@ -80,12 +102,18 @@ impl Patch {
     }
 
     /// Adds a corner of a depth (m), with its normal and place (m), that counts so many times.
-    fn add(&mut self, depth: f64, normal: &Vector3<f64>, place: &Vector3<f64>, counts: f64) {
+    pub(crate) fn add(
+        &mut self,
+        depth: f64,
+        normal: &Vector3<f64>,
+        place: &Vector3<f64>,
+        counts: f64,
+    ) {
         let share = depth / self.deepest;
         if share <= 0.0 {
             return;
         }
-        let (weight, place) = (counts * share.powi(POWER - 1), place - self.origin);
+        let (weight, place) = (counts * self.weight_of(share), place - self.origin);
         self.power += share * weight;
         self.weight += weight;
         self.normal += weight * normal;
@@ -96,8 +124,8 @@ impl Patch {
     }
 
     /// The contact of all of them.
-    fn whole(&self, radii: [f64; 2]) -> Touch {
-        let (overlap, scale) = (self.power.powf(1.0 / f64::from(POWER)), self.normal.norm());
+    pub(crate) fn whole(&self, radii: [f64; 2]) -> Touch {
+        let (overlap, scale) = (self.power.powf(1.0 / self.exponent), self.normal.norm());
         let normal = self.normal / scale;
         // On the line of the whole force, as near as can be to the mean of the places.
         let mean = self.place / self.weight;
@@ -106,7 +134,7 @@ impl Patch {
         Touch {
             normal,
             overlap: self.deepest * overlap,
-            gain: scale / overlap.powi(POWER - 1),
+            gain: scale / self.weight_of(overlap),
             place,
             spread: (self.square / self.weight - mean.norm_squared()).max(0.0).sqrt(),
             radii,
@@ -130,7 +158,7 @@ pub fn touch(a: &Part, at: &Pose, b: &Part, to: &Pose, guess: &Vector3<f64>) -> 
     if overlap <= 0.0 {
         return Some(single);
     }
-    let mut patch = Patch::about(overlap, place);
+    let mut patch = Patch::about(overlap, place, f64::from(POWER));
     let faces = [
         Facet::towards(one, &sides[0], a.rounding, &normal),
         Facet::towards(other, &sides[1], b.rounding, &-normal),
@@ -161,18 +189,27 @@ pub fn touch_plane(part: &Part, pose: &Pose, normal: &Vector3<f64>, offset: f64)
     let single = Touch { normal: *normal, overlap, gain: 1.0, place, spread: 0.0, radii };
     let Core::Polytope(polytope) = &part.core else { return single };
     if overlap <= 0.0 {
-        return single;
+        // One that is about to touch by several at once does not turn.
+        let feet = polytope.corners.iter().map(|corner| side.at(corner));
+        let feet = feet.filter(|corner| depth(corner) >= overlap - SAME * part.radius);
+        return Touch { place: mean(feet.map(|corner| foot(&corner))).unwrap_or(place), ..single };
     }
-    let mut patch = Patch::about(overlap, place);
+    let mut patch = Patch::about(overlap, place, f64::from(POWER));
     for corner in polytope.corners.iter().map(|corner| side.at(corner)) {
         patch.add(depth(&corner), normal, &foot(&corner), 1.0);
     }
     patch.whole(radii)
 }
 
+/// The mean of places (m), where there are any.
+pub(crate) fn mean(places: impl Iterator<Item = Vector3<f64>>) -> Option<Vector3<f64>> {
+    let (sum, count) = places.fold((Vector3::zeros(), 0), |(sum, n), x| (sum + x, n + 1));
+    (count > 0).then(|| sum / f64::from(count))
+}
+
 /// Local radius of curvature of a part's surface (m) where its normal is `n`: the mean of both of
 /// a smooth one in 3D; of a polytope that of its edges, and on a face that of all of it.
-fn radius(part: &Part, side: &Placed<'_>, n: &Vector3<f64>) -> f64 {
+pub(crate) fn radius(part: &Part, side: &Placed<'_>, n: &Vector3<f64>) -> f64 {
     let own = side.orientation.inverse_transform_vector(n);
     match &part.core {
         Core::Point => part.rounding,
@@ -286,7 +323,7 @@ impl<'a> Facet<'a> {
 }
 
 /// The nearest points of two segments that are not parallel, given by their ends (m).
-fn nearest_of(one: &[Vector3<f64>; 2], other: &[Vector3<f64>; 2]) -> [Vector3<f64>; 2] {
+pub(crate) fn nearest_of(one: &[Vector3<f64>; 2], other: &[Vector3<f64>; 2]) -> [Vector3<f64>; 2] {
     let (e, f, way) = (one[1] - one[0], other[1] - other[0], one[0] - other[0]);
     let (ee, ff, ef) = (e.norm_squared(), f.norm_squared(), e.dot(&f));
     let (ew, fw) = (e.dot(&way), f.dot(&way));

@@ -102,7 +102,7 @@ fn rasters_of_both_kinds_are_the_same_ground() {
     let (_, message) =
         refusal(&text(3, &obstacle("heights = { file = \"bed.csv\" }")), &[("bed.csv", &torn)]);
     assert!(message.starts_with("bed.csv: is no raster"), "{message}");
-    let hole = grid.replacen("40 40 40 40", "40 -9999 40 40", 1);
+    let hole = grid.replacen("65 65 65 65", "65 -9999 65 65", 1);
     let (_, message) = refusal(
         &text(3, &obstacle("heights = { file = \"bed.asc\", scale = 0.001 }")),
         &[("bed.asc", &hole)],

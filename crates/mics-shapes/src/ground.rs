@@ -1,0 +1,167 @@
+//! How a convex part touches a region of the surface of an obstacle ([`crate::region`]).
+//!
+//! ```text
+//!   ball, smooth part   D by Euler's sum, p as the law's potential, which then is the sum of what
+//!                       each of several nearest points would have
+//!   polytope            p = 8 as of two polytopes: its corners, as balls of its rounding, with the
+//!                       faces (each by Euler's sum), sharp corners of the surface with it, and its
+//!                       edges with sharp edges
+//! ```
+
+use crate::mesh::Mesh;
+use crate::part::{Core, Part, Polytope};
+use crate::placed::{Placed, Pose};
+use crate::region::{Foot, Region, foot, foot_of_ball};
+use crate::touch::{PARALLEL, POWER, Patch, SAME, Touch, mean, nearest_of, radius};
+use nalgebra::Vector3;
+
+impl Mesh {
+    /// How a part of a body in this pose touches a region, in the axes of the surface: the place is
+    /// on the surface. `power` is p for parts that are no polytopes.
+    pub fn touch(&self, region: &Region, part: &Part, pose: &Pose, power: f64) -> Touch {
+        let side = Placed::new(part, pose);
+        let with = |normal: &Vector3<f64>| [radius(part, &side, normal), f64::INFINITY];
+        let single = |foot: &Foot| Touch {
+            normal: -foot.up,
+            overlap: -foot.gap,
+            gain: 1.0,
+            place: foot.place,
+            spread: 0.0,
+            radii: with(&-foot.up),
+        };
+        let polytope =
+            if let Core::Polytope(polytope) = &part.core { Some(polytope) } else { None };
+        let power = if polytope.is_some() { f64::from(POWER) } else { power };
+        let mut patch = Patch::about(part.rounding, side.place, power);
+        if let Some(polytope) = polytope {
+            self.add_polytope(region, (part, pose, polytope), &side, &mut patch);
+            if patch.is_touched() {
+                let radii = with(&patch.direction());
+                return patch.whole(radii);
+            }
+        }
+        let (nearest, touching) = self.nearest_face(region, part, pose);
+        if let Some(polytope) = polytope {
+            let corners = polytope.corners.iter().map(|corner| side.at(corner));
+            let feet = corners.filter_map(|corner| {
+                let ball = Part::ball(Vector3::zeros(), part.rounding);
+                let pose = Pose { place: corner, ..*pose };
+                let foot = self.nearest_face(region, &ball, &pose).0;
+                (foot.gap <= nearest.gap + SAME * part.radius).then_some(foot.place)
+            });
+            let place = mean(feet).unwrap_or(nearest.place);
+            return single(&Foot { place, ..nearest });
+        }
+        if touching < 2 {
+            return single(&nearest);
+        }
+        self.add_signed(region, &mut patch, |simplex, normal| foot(part, pose, simplex, normal));
+        if !patch.is_touched() {
+            return single(&nearest);
+        }
+        let radii = with(&patch.direction());
+        patch.whole(radii)
+    }
+
+    /// The foot of the nearest face of a region, and how many overlap with the part.
+    fn nearest_face(&self, region: &Region, part: &Part, pose: &Pose) -> (Foot, usize) {
+        let (mut best, mut touching) =
+            (Foot { gap: f64::INFINITY, up: Vector3::x(), place: pose.place }, 0);
+        for face in &region.faces {
+            let corners = self.corners_of(*face);
+            let foot = foot(part, pose, &corners[..self.dimension()], &self.face(*face).normal);
+            touching += usize::from(foot.gap < 0.0);
+            if foot.gap < best.gap {
+                best = foot;
+            }
+        }
+        (best, touching)
+    }
+
+    /// Adds the depths of faces, edges and corners by the signs of Euler's sum.
+    fn add_signed(
+        &self,
+        region: &Region,
+        patch: &mut Patch,
+        foot: impl Fn(&[Vector3<f64>], &Vector3<f64>) -> Foot,
+    ) {
+        let mut add = |simplex: &[Vector3<f64>], normal: &Vector3<f64>, counts: f64| {
+            let foot = foot(simplex, normal);
+            patch.add(-foot.gap, &-foot.up, &foot.place, counts);
+        };
+        let none = Vector3::zeros();
+        for face in &region.faces {
+            let corners = self.corners_of(*face);
+            add(&corners[..self.dimension()], &self.face(*face).normal, 1.0);
+        }
+        for (ends, counts) in &region.edges {
+            add(&ends.map(|k| self.corner(k)), &none, *counts);
+        }
+        for (corner, counts) in &region.corners {
+            add(&[self.corner(*corner)], &none, *counts);
+        }
+    }
+
+    /// Adds all pairs of features of a polytope and a region.
+    fn add_polytope(
+        &self,
+        region: &Region,
+        (part, pose, polytope): (&Part, &Pose, &Polytope),
+        side: &Placed<'_>,
+        patch: &mut Patch,
+    ) {
+        for corner in polytope.corners.iter().map(|corner| side.at(corner)) {
+            // Beyond the plane of every face it touches none.
+            let near = |face: &u32| {
+                let face = self.face(*face);
+                (corner - self.corner(face.corners[0])).dot(&face.normal) < part.rounding
+            };
+            if region.faces.iter().any(near) {
+                self.add_signed(region, patch, |simplex, normal| {
+                    foot_of_ball(&corner, part.rounding, simplex, normal)
+                });
+            }
+        }
+        for corner in &region.sharp_corners {
+            let foot = foot(part, pose, &[self.corner(*corner)], &Vector3::zeros());
+            patch.add(-foot.gap, &-foot.up, &foot.place, 1.0);
+        }
+        for sharp in &region.sharp_edges {
+            let other = sharp.map(|k| self.corner(k));
+            self.add_edges(polytope, part.rounding, side, &other, patch);
+        }
+    }
+
+    /// Adds the nearest points of the edges of a polytope and of a sharp edge.
+    fn add_edges(
+        &self,
+        polytope: &Polytope,
+        rounding: f64,
+        side: &Placed<'_>,
+        other: &[Vector3<f64>; 2],
+        patch: &mut Patch,
+    ) {
+        for face in &polytope.faces {
+            let n = face.corners.len();
+            for k in 0..n {
+                let [from, to] = [face.corners[k], face.corners[(k + 1) % n]];
+                // Every edge is one of two faces, once each way.
+                if from > to {
+                    continue;
+                }
+                let own = [from, to].map(|k| side.at(&polytope.corners[k as usize]));
+                let (e, f) = (own[1] - own[0], other[1] - other[0]);
+                let sine = e.cross(&f).norm_squared() / (e.norm_squared() * f.norm_squared());
+                let counts = sine / (sine + PARALLEL * PARALLEL);
+                if counts > 0.01 {
+                    let [x, y] = nearest_of(&own, other);
+                    let way = y - x;
+                    let distance = way.norm();
+                    if distance > 0.0 && distance < rounding {
+                        patch.add(rounding - distance, &(way / distance), &y, counts);
+                    }
+                }
+            }
+        }
+    }
+}
