@@ -223,7 +223,9 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
             format!("its shape has {dimension} dimensions, and the case {D}")
         } else if let Some(axis) = outside {
             format!("its centre is outside the box along {}", ["x", "y", "z"][axis])
-        } else if case.contact.is_some() && !round && body.parts().is_empty() {
+        } else if case.contact.is_some()
+            && !(round || body.is_obstacle() || !body.parts().is_empty())
+        {
             "its shape has no convex parts that contacts could see: take [contact] out of the case"
                 .into()
         } else if polygon && !round {
