@@ -9,18 +9,11 @@
 
 use super::Contacts;
 use super::meeting::Meeting;
-use super::pair::Pair;
+use super::pair::{Pair, crossed};
+use crate::geometry::Orientation;
 use crate::particles::{Body, nearest_image};
-use mics_shapes::{Mesh, Obstacle, Part, Pose, Region, Regions};
+use mics_shapes::{Obstacle, Part, Pose, Regions};
 use nalgebra::Vector3;
-
-/// A region that was found.
-pub(super) struct Found<'a> {
-    pub(super) faces: &'a Mesh,
-    pub(super) found: &'a Region,
-    /// Its number.
-    pub(super) number: usize,
-}
 
 /// A body as an obstacle, where it is one.
 fn obstacle(body: &Body) -> Option<&Obstacle> {
@@ -40,39 +33,44 @@ fn part_of(body: &Body, part: usize, take: impl FnOnce(&Part)) {
     }
 }
 
-/// A pose as seen from another one.
-fn from(pose: &Pose, other: &Pose, periods: &[Option<f64>; 3]) -> Pose {
-    let back = other.orientation.inverse();
-    Pose {
-        place: back * nearest_image(&other.place, &pose.place, periods),
-        orientation: back * pose.orientation,
-    }
+/// The pose of a body as seen from an obstacle, whose centre is `apart` from its own (m), and how
+/// both are turned.
+fn seen(body: &Body, apart: &Vector3<f64>, own: &Orientation, its: &Orientation) -> Pose {
+    let back = its.inverse();
+    let orientation = if body.is_round() { Orientation::identity() } else { back * own };
+    Pose { place: -(back * apart), orientation }
 }
 
-fn pose(body: &Body) -> Pose {
-    Pose { place: body.centre, orientation: body.orientation() }
-}
-
-/// Calls `take` with the parts of a body, the face and the region of an obstacle in reach of each
-/// other.
-pub(super) fn regions_near(
-    body: &Body,
-    wall: &Body,
+/// Adds the pairs of the parts of a body with the regions of an obstacle within `reach` (m), which
+/// go on with those `before`; whether there are any. The image of the obstacle is the nearest one,
+/// as it has its images in itself.
+pub(super) fn add_pairs(
+    [i, o]: [usize; 2],
+    bodies: &[Body],
     periods: &[Option<f64>; 3],
     reach: f64,
-    regions: &mut Regions,
-    mut take: impl FnMut(usize, usize, Found<'_>),
-) {
-    let Some(faces) = obstacle(wall).map(Obstacle::faces) else { return };
-    let own = from(&pose(body), &pose(wall), periods);
+    (before, pairs, regions): (&[Pair], &mut Vec<Pair>, &mut Regions),
+) -> bool {
+    let (body, wall, begin) = (&bodies[i], &bodies[o], pairs.len());
+    let Some(faces) = obstacle(wall).map(Obstacle::faces) else { return false };
+    let apart = nearest_image(&body.centre, &wall.centre, periods);
+    let further = apart - (wall.centre - body.centre);
+    let image = Vector3::from_fn(|a, _| periods[a].map_or(0.0, |l| (further[a] / l).round()));
+    let image = image - crossed(bodies, i, o, periods);
+    let own = seen(body, &apart, &body.orientation(), &wall.orientation());
     for k in 0..body.parts().len().max(1) {
         part_of(body, k, |part| {
-            for number in faces.regions(part, &own, reach, regions) {
-                let found = regions.get(number);
-                take(k, faces.nearest_of(found), Found { faces, found, number });
+            for region in faces.regions(part, &own, reach, regions) {
+                let found = regions.get(region);
+                let same =
+                    |p: &&Pair| p.second == o && p.parts[0] == k && faces.has(found, p.parts[1]);
+                let new = || Pair { parts: [k, faces.nearest_of(found)], ..Pair::new(i, o, image) };
+                let pair = before.iter().find(same).copied().unwrap_or_else(new);
+                pairs.push(Pair { clear: 0.0, region, image, ..pair });
             }
         });
     }
+    pairs.len() > begin
 }
 
 impl Contacts {
@@ -95,8 +93,10 @@ impl Contacts {
         h: f64,
     ) -> Meeting {
         let (body, other) = (&bodies[pair.first], &bodies[pair.second]);
-        let (pose, its) = (self.pose(pair.first, bodies, h), self.pose(pair.second, bodies, h));
-        let own = from(&pose, &its, &self.periods);
+        let velocity = body.velocity - other.velocity;
+        let apart = pair.apart(bodies, &self.periods) - 0.5 * h * velocity;
+        let [turn, its] = [pair.first, pair.second].map(|k| self.pose(k, bodies, h).orientation);
+        let own = seen(body, &apart, &turn, &its);
         let power = self.law(pair).material.exponent + 1.0;
         let region = self.regions.get(pair.region);
         let touch = |part: &Part| wall.faces().touch(region, part, &own, power);
@@ -105,11 +105,11 @@ impl Contacts {
             None => touch(&Part::ball(Vector3::zeros(), body.radius())),
         };
         // From the centre of the obstacle, along the axes of the box.
-        let arm = its.orientation * touch.place;
-        touch.normal = its.orientation * touch.normal;
-        let arms = [arm - its.orientation * own.place, arm];
+        let arm = its * touch.place;
+        touch.normal = its * touch.normal;
+        let arms = [arm + apart, arm];
         let turning = body.spin.cross(&arms[0]) - other.spin.cross(&arm);
-        Meeting::of(&touch, arms, body.velocity - other.velocity, turning)
+        Meeting::of(&touch, arms, velocity, turning)
     }
 
     /// Finds for the contacts with obstacles that last which faces hold them now.

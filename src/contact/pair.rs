@@ -93,15 +93,14 @@ impl Pair {
 }
 
 /// Whole periods, along each axis, by which the second of two bodies has crossed more periodic
-/// boundaries; none of a wall, nor of an obstacle, which has its images in itself.
+/// boundaries; none of a wall.
 pub(super) fn crossed(
     bodies: &[Body],
     first: usize,
     second: usize,
     periods: &[Option<f64>; 3],
 ) -> Vector3<f64> {
-    let imaged = |other: &&Body| other.is_round() || !other.shape().is_obstacle();
-    let Some(other) = bodies.get(second).filter(imaged) else { return Vector3::zeros() };
+    let Some(other) = bodies.get(second) else { return Vector3::zeros() };
     let further = other.crossed - bodies[first].crossed;
     Vector3::from_fn(|a, _| periods[a].map_or(0.0, |length| (further[a] / length).round()))
 }

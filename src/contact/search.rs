@@ -80,26 +80,10 @@ impl Contacts {
             }
             for &o in self.obstacles.iter().filter(|_| free(i)) {
                 let reach = search_radius[i] + search_radius[o];
-                let (regions, wall) = (&mut self.regions, &bodies[o]);
-                obstacle::regions_near(
-                    body,
-                    wall,
-                    periods,
-                    reach,
-                    regions,
-                    |part, face, region| {
-                        let same = |p: &&Pair| {
-                            p.second == o
-                                && p.parts[0] == part
-                                && region.faces.has(region.found, p.parts[1])
-                        };
-                        let parts = [part, face];
-                        let new = Pair { parts, ..Pair::new(i, o, Vector3::zeros()) };
-                        let old = before.iter().find(same).copied().unwrap_or(new);
-                        pairs.push(Pair { clear: 0.0, region: region.number, ..old });
-                        (paired[i], paired[o]) = (true, true);
-                    },
-                );
+                let before = (before, &mut *pairs, &mut self.regions);
+                if obstacle::add_pairs([i, o], bodies, periods, reach, before) {
+                    (paired[i], paired[o]) = (true, true);
+                }
             }
             sort(&mut pairs[begin..], body, bodies, &self.walls, periods);
         }

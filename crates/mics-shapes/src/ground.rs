@@ -11,7 +11,7 @@
 use crate::mesh::Mesh;
 use crate::part::{Core, Part, Polytope};
 use crate::placed::{Placed, Pose};
-use crate::region::{Foot, Region, foot, foot_of_ball};
+use crate::region::{Foot, Held, Region, foot, foot_of_ball};
 use crate::touch::{PARALLEL, POWER, Patch, SAME, Touch, mean, nearest_of, radius};
 use nalgebra::Vector3;
 
@@ -68,8 +68,7 @@ impl Mesh {
         let (mut best, mut touching) =
             (Foot { gap: f64::INFINITY, up: Vector3::x(), place: pose.place }, 0);
         for face in &region.faces {
-            let corners = self.corners_of(*face);
-            let foot = foot(part, pose, &corners[..self.dimension()], &self.face(*face).normal);
+            let foot = foot(part, pose, &face.corners[..self.dimension()], &face.normal);
             touching += usize::from(foot.gap < 0.0);
             if foot.gap < best.gap {
                 best = foot;
@@ -91,8 +90,7 @@ impl Mesh {
         };
         let none = Vector3::zeros();
         for face in &region.faces {
-            let corners = self.corners_of(*face);
-            add(&corners[..self.dimension()], &self.face(*face).normal, 1.0);
+            add(&face.corners[..self.dimension()], &face.normal, 1.0);
         }
         for (ends, counts) in &region.edges {
             add(&ends.map(|k| self.corner(k)), &none, *counts);
@@ -112,10 +110,7 @@ impl Mesh {
     ) {
         for corner in polytope.corners.iter().map(|corner| side.at(corner)) {
             // Beyond the plane of every face it touches none.
-            let near = |face: &u32| {
-                let face = self.face(*face);
-                (corner - self.corner(face.corners[0])).dot(&face.normal) < part.rounding
-            };
+            let near = |face: &Held| (corner - face.corners[0]).dot(&face.normal) < part.rounding;
             if region.faces.iter().any(near) {
                 self.add_signed(region, patch, |simplex, normal| {
                     foot_of_ball(&corner, part.rounding, simplex, normal)

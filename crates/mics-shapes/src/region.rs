@@ -19,7 +19,7 @@
 //! where these make a hollow.
 
 use crate::distance::closest;
-use crate::mesh::Mesh;
+use crate::mesh::{Face, Mesh};
 use crate::part::{Core, Part, Polytope};
 use crate::placed::Pose;
 use nalgebra::{Rotation3, Vector3};
@@ -31,13 +31,23 @@ const ALIKE: f64 = 0.866;
 /// The faces that one contact may touch, the nearest first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
-    pub(crate) faces: Vec<u32>,
+    pub(crate) faces: Vec<Held>,
     /// Edges and corners, and how often they count.
     pub(crate) edges: Vec<([u32; 2], f64)>,
     pub(crate) corners: Vec<(u32, f64)>,
     /// The sharp ones, which may touch a face of a part.
     pub(crate) sharp_edges: Vec<[u32; 2]>,
     pub(crate) sharp_corners: Vec<u32>,
+}
+
+/// A face of a region, at hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Held {
+    /// Its corners (m), of a segment the second twice, and its outward normal.
+    pub corners: [Vector3<f64>; 3],
+    pub normal: Vector3<f64>,
+    /// The number that contacts know it by.
+    pub origin: u32,
 }
 
 /// Regions, and the room of those that were.
@@ -210,7 +220,9 @@ impl Mesh {
                 seeds.push(own);
                 regions.push();
             }
-            regions.all[begin + k].faces.push(*face);
+            let (corners, Face { normal, origin, .. }) =
+                (self.corners_of(*face), *self.face(*face));
+            regions.all[begin + k].faces.push(Held { corners, normal, origin });
             of.push(k as u32);
         }
         if near.len() > 1 || part.core != Core::Point {
@@ -290,22 +302,21 @@ impl Mesh {
 
     /// The number by which contacts know the nearest face of a region.
     pub fn nearest_of(&self, region: &Region) -> usize {
-        region.faces.first().map_or(0, |face| self.face(*face).origin as usize)
+        region.faces.first().map_or(0, |face| face.origin as usize)
     }
 
     /// Whether a region has a face that contacts know by this number.
     pub fn has(&self, region: &Region, origin: usize) -> bool {
-        region.faces.iter().any(|face| self.face(*face).origin as usize == origin)
+        region.faces.iter().any(|face| face.origin as usize == origin)
     }
 
     /// The number by which contacts know the face of a region that is nearest to a point (m).
     pub fn face_at(&self, region: &Region, point: &Vector3<f64>) -> usize {
-        let far = |face: &u32| {
-            let corners = self.corners_of(*face);
-            (point - nearest(&corners[..self.dimension()], point)).norm_squared()
+        let far = |face: &Held| {
+            (point - nearest(&face.corners[..self.dimension()], point)).norm_squared()
         };
         let best = region.faces.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
-        best.map_or(0, |face| self.face(*face).origin as usize)
+        best.map_or(0, |face| face.origin as usize)
     }
 
     /// The gap (m) between a part of a body in this pose and the surface, of which a point is at
