@@ -239,6 +239,7 @@ impl Mesh {
         seeds.clear();
         of.clear();
         let middle = pose.place + pose.orientation * part.place;
+        let before = self.before(&middle, part.radius + reach);
         self.near(&middle, part.radius + reach, |k| {
             let (face, corners) = (self.face(k), self.corners_of(k));
             let height = (middle - corners[0]).dot(&face.normal);
@@ -246,6 +247,9 @@ impl Mesh {
                 return;
             }
             let corners = &corners[..self.dimension()];
+            if height < 0.0 && (middle - nearest(corners, &middle)).norm() > before {
+                return;
+            }
             // As with walls of the box, the sphere about a part is in reach or not.
             let sphere = foot_of_ball(&middle, part.radius, corners, &face.normal);
             if sphere.gap <= reach {
@@ -254,6 +258,21 @@ impl Mesh {
             }
         });
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+    }
+
+    /// How far a point is from the nearest face that it lies in front of (m), if that is within a
+    /// distance (m). A face that it lies behind and that is farther is the far side of a thin wall.
+    fn before(&self, point: &Vector3<f64>, within: f64) -> f64 {
+        let mut least = f64::INFINITY;
+        self.near(point, within, |k| {
+            let (face, corners) = (self.face(k), self.corners_of(k));
+            if (point - corners[0]).dot(&face.normal) >= 0.0 {
+                let at = nearest(&corners[..self.dimension()], point);
+                least = least.min((point - at).norm());
+            }
+        });
+        // A corner that both have counts for both.
+        least * (1.0 + 1e-9)
     }
 
     /// Finds the edges and corners of regions: each belongs to one, the first of its faces'.
@@ -325,12 +344,15 @@ impl Mesh {
     pub(crate) fn gap(&self, part: &Part, pose: &Pose, most: f64) -> Option<(Vector3<f64>, f64)> {
         let middle = pose.place + pose.orientation * part.place;
         let mut best: Option<Foot> = None;
+        let before = self.before(&middle, most * (1.0 + 1e-9));
         self.near(&middle, most * (1.0 + 1e-9), |k| {
             let (face, corners) = (self.face(k), self.corners_of(k));
-            if (middle - corners[0]).dot(&face.normal) < -part.radius {
+            let (height, corners) =
+                ((middle - corners[0]).dot(&face.normal), &corners[..self.dimension()]);
+            if height < 0.0 && (middle - nearest(corners, &middle)).norm() > before {
                 return;
             }
-            let foot = foot(part, pose, &corners[..self.dimension()], &face.normal);
+            let foot = foot(part, pose, corners, &face.normal);
             if best.is_none_or(|best| foot.gap < best.gap) {
                 best = Some(foot);
             }

@@ -63,7 +63,12 @@ impl Walls {
         let (walls, origins): (Vec<_>, Vec<_>) = solid.iter().zip(&origins).filter(is_wall).unzip();
         let (mut low, mut high) =
             (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-        for corner in walls.iter().flatten() {
+        // Of images beyond a periodic side nothing is within.
+        let beyond = |t: &&Triangle| {
+            (0..dimension)
+                .any(|a| [-1.0, 1.0].iter().any(|s| t.iter().all(|x| s * x[a] >= half[a])))
+        };
+        for corner in walls.iter().filter(|t| !beyond(t)).flatten() {
             (low, high) = (low.inf(corner), high.sup(corner));
         }
         let (low, high) = (low.sup(&-half), high.inf(&half));
