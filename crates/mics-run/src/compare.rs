@@ -121,6 +121,7 @@ mod tests {
             from: 0.0,
             when: None,
             speed: None,
+            length: None,
             force,
             target,
         }
