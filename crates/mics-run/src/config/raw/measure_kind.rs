@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use MeasureKind::*;
 
 /// What a measure is. Coefficients are forces over `0.5 rho_f speed^2 d` (2D, per unit depth) or
-/// `0.5 rho_f speed^2 pi d^2/4` (3D), with d the key `length` or the diameter, of the disc or sphere
-/// of the volume of what is not round; means are over time.
+/// `0.5 rho_f speed^2 pi d^2/4` (3D), with d the key `length` or else the diameter, of what is not
+/// round that of the disc or sphere of its volume; means are over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MeasureKind {
