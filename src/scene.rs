@@ -10,7 +10,7 @@ mod insertion;
 mod sides;
 
 use crate::clock::Stage;
-use crate::config::{Case, WallRule};
+use crate::config::{Axis, Case, Side, WallRule};
 use crate::contact::Impact;
 use crate::domain::{Domain, Fluid};
 use crate::error::NotFinite;
@@ -163,6 +163,9 @@ impl<const D: usize> Scene<D> {
         if let Some(speed) = case.initial.taylor_green {
             scene.add_vortex(speed);
         }
+        if let Some(axis) = case.initial.couette.map(Axis::index) {
+            scene.add_couette(axis, case.boundary[axis].each_ref().map(Side::wall_velocity));
+        }
         scene.start()?;
         Ok(scene)
     }
@@ -190,6 +193,18 @@ impl<const D: usize> Scene<D> {
             self.state.u[0][c] += speed * phase[0].sin() * phase[1].cos() * rest;
             self.state.u[1][c] -=
                 speed * grid.size[1] / grid.size[0] * phase[0].cos() * phase[1].sin() * rest;
+        }
+    }
+
+    /// Adds the Couette flow along an axis between walls of these velocities (m/s).
+    fn add_couette(&mut self, axis: usize, walls: [&[f64]; 2]) {
+        let [low, high] = walls.map(axes::<f64, D>);
+        let grid = &self.domain.grid;
+        for c in grid.rows().flatten() {
+            let part = grid.centre(c)[axis] / grid.size[axis];
+            for a in 0..D {
+                self.state.u[a][c] += low[a] + part * (high[a] - low[a]);
+            }
         }
     }
 

@@ -26,6 +26,7 @@ pub(super) fn shipped() -> Vec<Row> {
     let mut rows = as_they_are();
     rows.extend(settling_in_oils());
     rows.push(sphere_without_mass());
+    rows.extend(spheroids_in_shear());
     rows.extend(wakes_at_other_reynolds_numbers());
     rows.sort_by_key(|row| !row.quick);
     rows
@@ -78,6 +79,10 @@ fn as_they_are() -> Vec<Row> {
         row("approach", shipped!("approach/case.toml"), &[], false),
         row("settling-sphere Re 11.6", SPHERE, &[], false),
         row("sphere-in-couette", shipped!("sphere-in-couette/case.toml"), &[], false),
+        row("ellipse-in-shear", shipped!("ellipse-in-shear/case.toml"), &[], false),
+        row("settling-ellipse", shipped!("settling-ellipse/case.toml"), &[], false),
+        row("square-cylinder", shipped!("square-cylinder/case.toml"), &[], false),
+        row("jeffery 2D r 2", shipped!("jeffery/case.toml"), &[], false),
         row("sphere-stream unbounded", shipped!("sphere-stream/unbounded.toml"), &[], false),
     ]
 }
@@ -122,6 +127,25 @@ fn sphere_without_mass() -> Row {
         light.push(format!("measure.{k}.tolerance=0.05"));
     }
     Row { name: "sphere-let-go s 0.001".into(), text: LET_GO, set: light, quick: false }
+}
+
+/// The spin of a spheroid in shear with its axis along the flow and across it.
+fn spheroids_in_shear() -> [Row; 2] {
+    let spheroid = shipped!("jeffery/spheroid.toml");
+    [("along", 0, 0.2), ("across", 90, 0.8)].map(|(place, degrees, spin)| {
+        let set = vec![
+            format!("particle.0.orientation.degrees={degrees}"),
+            format!("particle.0.spin=[0.0,0.0,-{spin:?}]"),
+            "domain.cells=[64,96,48]".into(),
+            "time.end=0.1".into(),
+            format!(
+                "measure=[{{name=\"spin\",kind=\"spin\",when={{time=0.095}},reference=-{spin:?},\
+                tolerance=0.03,source=\"Jeffery 1922, exact without walls and inertia\"}}]"
+            ),
+        ];
+        let name = format!("jeffery 3D r 2 {place}");
+        Row { name, text: spheroid, set, quick: false }
+    })
 }
 
 /// The wake of a cylinder at the other Reynolds numbers of its references.

@@ -37,6 +37,12 @@ fn moving_wall_gives_exact_couette_flow() {
     let error =
         channel_error(&box_case([0.5, 1.0], [8, 16], 0.5, sides, ""), 4000, 2e-3, |y| 2.0 * y);
     assert!(error < 1e-9, "{error}");
+    // From the start on, where the case begins with it.
+    let begun = "[initial]\ncouette = \"y\"";
+    let sides = ["\"periodic\"", "\"periodic\"", "{ moving_wall = [-1.0, 0.0] }", sides[3]];
+    let text = box_case([0.5, 1.0], [8, 16], 0.5, sides, begun);
+    let error = channel_error(&text, 3, 2e-3, |y| 3.0 * y - 1.0);
+    assert!(error < 1e-12, "{error}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use crate::config::{self, ForceRule, MeasureKind};
 use crate::output::fit::Morison;
 use crate::particles::Body;
 use nalgebra::Vector3;
+use std::f64::consts::PI;
 
 /// What samples become.
 #[derive(Clone, Copy)]
@@ -13,6 +14,8 @@ pub(super) enum Becomes {
     Mean,
     /// The largest.
     Largest,
+    /// The least.
+    Least,
     /// The last.
     Last,
     /// The time (s) of the first that is not zero.
@@ -26,6 +29,8 @@ pub(super) enum Becomes {
     Rms,
     /// Oscillations over the reference speed and length.
     Frequency,
+    /// Twice the time (s) in which they last changed by half a turn.
+    HalfTurn,
     /// The speed over the steadiest quarter of the way.
     Steadiest,
     /// What changes from step to step.
@@ -41,6 +46,7 @@ pub(super) fn kind(kind: MeasureKind) -> (fn(&View) -> f64, Becomes) {
     use Becomes::*;
     use MeasureKind::*;
     match kind {
+        Angle => (|v| v.body(|b| b.angle), Last),
         BedHeight => (|v| v.of_box, Mean),
         BodyEnergy => (|v| v.of_box, Mean),
         ContactStart => (|v| f64::from(v.touches()), FirstTime),
@@ -56,6 +62,8 @@ pub(super) fn kind(kind: MeasureKind) -> (fn(&View) -> f64, Becomes) {
         ForceNoise => (|v| v.force(v.particle).dot(&v.direction()), Noise),
         HeightRank => (|v| v.height_rank(), Last),
         LargestOverlap => (|v| v.step.deepest, Largest),
+        LargestSpin => (|v| v.body(|b| b.spin.z.abs()), Largest),
+        LeastSpin => (|v| v.body(|b| b.spin.z.abs()), Least),
         LargestSpeed => (|v| v.body(|b| b.velocity.norm()), Largest),
         LiftAmplitude => (|v| v.coefficient(), HalfRange),
         LiftCoefficient => (|v| v.coefficient(), Mean),
@@ -80,6 +88,7 @@ pub(super) fn kind(kind: MeasureKind) -> (fn(&View) -> f64, Becomes) {
         SuperficialVelocity => (|v| v.of_box, Mean),
         TerminalSpeed => (|v| v.body(|b| b.velocity.norm()), Steadiest),
         TransportRate => (|v| v.of_box, Mean),
+        TurnPeriod => (|v| v.body(|b| b.angle), HalfTurn),
         VelocityX => (|v| v.body(|b| b.velocity.x), Mean),
         VelocityY => (|v| v.body(|b| b.velocity.y), Mean),
         VelocityZ => (|v| v.body(|b| b.velocity.z), Mean),
@@ -93,6 +102,7 @@ impl Becomes {
             Becomes::Largest | Becomes::LargestFall | Becomes::TimeOfLargestFall => {
                 Some(new > kept)
             }
+            Becomes::Least => Some(new < kept),
             Becomes::Last => Some(true),
             Becomes::FirstTime => Some(kept <= 0.0),
             _ => None,
@@ -197,6 +207,16 @@ pub(super) fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
     }
     let (first, last) = (crossings.first()?, crossings.last()?);
     (crossings.len() > 1).then(|| (crossings.len() - 1) as f64 / (last - first))
+}
+
+/// Twice the time (s) that the last half turn took, of samples of an angle (rad).
+pub(super) fn period(samples: &[(f64, f64)]) -> Option<f64> {
+    let &(end, angle) = samples.last()?;
+    let left = |sample: &(f64, f64)| PI - (angle - sample.1).abs();
+    let before = samples.iter().rposition(|sample| left(sample) <= 0.0)?;
+    let (a, b) = (&samples[before], &samples[before + 1]);
+    let began = a.0 + left(a) / (left(a) - left(b)) * (b.0 - a.0);
+    Some(2.0 * (end - began))
 }
 
 /// Where in a list of bodies, in the order of their numbers, that of a number is; `None` once it

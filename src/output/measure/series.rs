@@ -1,6 +1,6 @@
 //! A measure that a case asks for: samples in time, of which one number becomes.
 
-use super::kinds::{Becomes, View, frequency, kind, place};
+use super::kinds::{Becomes, View, frequency, kind, period, place};
 use super::{Measure, Remark, Sample};
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
@@ -19,7 +19,7 @@ pub struct Series {
     pub(super) measure: config::Measure,
     /// Force (N) of a coefficient of 1.
     force_scale: f64,
-    /// Reference speed over diameter (1/s).
+    /// Reference speed over length (1/s).
     rate: f64,
     /// Against gravity, of length 1; zero without gravity.
     pub(super) up: Vector3<f64>,
@@ -50,23 +50,20 @@ pub fn series(case: &Case) -> Vec<Series> {
         // Of no use to what has none.
         let speed = m.speed.unwrap_or(f64::NAN);
         let diameter = case.particle.get(m.particle).map_or(1.0, |p| p.shape.diameter());
-        let diameter = m.length.unwrap_or(diameter);
-        let circle = 0.25 * PI * diameter * diameter;
-        let (area, volume) = if case.dimension() == 2 {
-            (diameter, circle)
-        } else {
-            (circle, 2.0 / 3.0 * diameter * circle)
-        };
+        let (flat, circle) = (case.dimension() == 2, 0.25 * PI * diameter * diameter);
+        let volume = if flat { circle } else { 2.0 / 3.0 * diameter * circle };
+        let frontal = |length: f64| if flat { length } else { 0.25 * PI * length * length };
+        let length = m.length.unwrap_or(diameter);
         let density = case.fluid.density;
         Series {
-            morison: Morison::new(density, area, volume),
+            morison: Morison::new(density, frontal(diameter), volume),
             before: 0.0,
             began: 0.0,
             found: None,
             passing: None,
             layers: Vec::new(),
-            force_scale: 0.5 * density * speed * speed * area,
-            rate: speed / diameter,
+            force_scale: 0.5 * density * speed * speed * frontal(length),
+            rate: speed / length,
             up,
             size: std::array::from_fn(|a| {
                 case.domain.size.get(a).copied().unwrap_or(f64::INFINITY)
@@ -223,6 +220,7 @@ impl Series {
         match kind(self.measure.kind).1 {
             Becomes::Mean => Some(mean),
             Becomes::Largest | Becomes::LargestFall => Some(high),
+            Becomes::Least => Some(low),
             Becomes::Last => samples.last().map(|s| s.1),
             Becomes::FirstTime => samples.iter().find(|s| s.1 > 0.0).map(|s| s.0),
             Becomes::TimeOfLargestFall => samples.last().map(|s| s.0),
@@ -235,6 +233,7 @@ impl Series {
             // A lift coefficient that moves by less is a steady wake, whatever its last digits do.
             Becomes::Frequency if high - low < 2e-3 => None,
             Becomes::Frequency => frequency(samples, mean).map(|f| f / self.rate),
+            Becomes::HalfTurn => period(samples),
             Becomes::Steadiest => fit::steadiest_quarter(samples).map(|part| part.speed),
             Becomes::Noise => fit::noise(samples),
             Becomes::Fitted(number) => number(&self.morison),

@@ -34,8 +34,13 @@ fn pushed(momentum: Vector3<f64>) -> Exchange {
 
 /// The measures of these kinds, from 1 s on, of a disc of 0.2 m in a fluid of 2 kg/m3.
 fn of_kinds(kinds: &[&str]) -> Vec<Series> {
+    with_keys(kinds, "speed = 3.0")
+}
+
+/// The same with these keys.
+fn with_keys(kinds: &[&str], keys: &str) -> Vec<Series> {
     let measure = |kind: &&str| {
-        format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\nfrom = 1.0\nspeed = 3.0\n")
+        format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\nfrom = 1.0\n{keys}\n")
     };
     let text = format!(
         "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 9.0], cells = [8, 72] }}\n\
@@ -184,4 +189,41 @@ fn measures_of_falling_and_landing_body() {
     let values: Vec<f64> = series.iter().map(|s| s.found_so_far().unwrap()).collect();
     let expected = [3.0, 8.0 - 1.4, -(2.5 + 1.5) / 3.0, 0.5, 3.0];
     assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
+}
+
+/// An ellipse of 2:1 in shear turns by Jeffery's law, which begins at any angle.
+#[test]
+fn measures_of_turning_body() {
+    let (r, rate) = (2.0f64, 3.0);
+    let mut series = of_kinds(&["turn_period", "largest_spin", "least_spin", "angle"]);
+    let mut body = disc();
+    body.angle = 0.4;
+    let mut half_turn = None;
+    for k in 0..20000 {
+        let (time, dt) = (1.0 + 1e-3 * f64::from(k), 1e-3);
+        let spin = |a: f64| -rate * (r * r * a.sin().powi(2) + a.cos().powi(2)) / (r * r + 1.0);
+        body.spin.z = spin(body.angle);
+        let sample = at(time, &[], std::slice::from_ref(&body));
+        series.iter_mut().for_each(|s| s.sample(&sample, 0.0));
+        half_turn = half_turn.or(series[0].found_so_far());
+        body.angle += dt * spin(body.angle + 0.5 * dt * body.spin.z);
+    }
+    let values: Vec<f64> = series.iter().map(|s| s.found_so_far().unwrap()).collect();
+    let period = 2.0 * PI * (r + 1.0 / r) / rate;
+    assert!((half_turn.unwrap() - period).abs() < 3e-3, "the first: {half_turn:?} {period}");
+    let expected = [period, 0.8 * rate, 0.2 * rate, body.angle];
+    assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 3e-3), "{values:?}");
+}
+
+#[test]
+fn reference_length_of_coefficient_and_strouhal_number() {
+    let mut series = with_keys(&["drag_coefficient", "strouhal"], "speed = 3.0\nlength = 0.4");
+    for k in 0..400 {
+        let time = 1.0 + 0.01 * f64::from(k);
+        let exchange = pushed(Vector3::new(3.6, (2.0 * PI * 2.5 * time).sin(), 0.0));
+        series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], &[disc()]), 0.0));
+    }
+    let values: Vec<f64> = series.iter().map(|s| s.found_so_far().unwrap()).collect();
+    assert!((values[0] - 1.0).abs() < 1e-12, "3.6 N over 0.5 rho U^2 0.4 m: {values:?}");
+    assert!((values[1] - 2.5 * 0.4 / 3.0).abs() < 1e-3, "{values:?}");
 }

@@ -119,9 +119,9 @@ fn check(case: &Case) -> Check {
 
 /// What is there at time 0, with this velocity of the fluid (m/s).
 fn initial(raw: raw::Initial, velocity: Vec<f64>) -> Initial {
-    let raw::Initial { from, inherited, taylor_green, perturbation, .. } = raw;
+    let raw::Initial { from, inherited, taylor_green, couette, perturbation, .. } = raw;
     let perturbation = perturbation.unwrap_or(0.0);
-    Initial { from, inherited, velocity, perturbation, taylor_green }
+    Initial { from, inherited, velocity, perturbation, taylor_green, couette }
 }
 
 /// The velocity (m/s) of the first inflow, at its middle.
@@ -246,7 +246,7 @@ fn measure(
         from,
         when,
         speed: speed.or(reference_speed.filter(|_| kind.needs_speed())),
-        length: length.filter(|_| kind.needs_speed()),
+        length,
         force: own.filter(|_| kind.is_of_force()).unwrap_or(force),
         target: reference.map(target),
     }

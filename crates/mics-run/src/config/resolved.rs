@@ -4,10 +4,10 @@
 use super::raw::obstacle::Wall;
 use super::raw::shape::solid::Shape;
 use super::raw::{
-    Advection, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock, MeanVelocity,
-    MeasureKind, Numerics, Orientation, Oscillation, Petsc, Preset, Pressure, Probe, Reference,
-    Region, Removed, Scheme, Section, Side, Statistics, Stiffness, Substeps, TangentialDamping,
-    When,
+    Advection, Axis, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock,
+    MeanVelocity, MeasureKind, Numerics, Orientation, Oscillation, Petsc, Preset, Pressure, Probe,
+    Reference, Region, Removed, Scheme, Section, Side, Statistics, Stiffness, Substeps,
+    TangentialDamping, When,
 };
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -237,6 +237,8 @@ pub struct Initial {
     pub perturbation: f64,
     /// Largest speed of a vortex of Taylor and Green (m/s).
     pub taylor_green: Option<f64>,
+    /// Axis of a Couette flow between its two walls.
+    pub couette: Option<Axis>,
 }
 
 /// How bodies meet each other and the walls.
@@ -352,7 +354,7 @@ pub struct Measure {
     pub when: Option<When>,
     /// Reference speed (m/s); `None` of what is neither a coefficient nor a frequency.
     pub speed: Option<f64>,
-    /// Reference length (m), where it is not the particle's diameter.
+    /// Reference length (m); `None` for that of the particle.
     pub length: Option<f64>,
     /// Which force.
     pub force: ForceRule,

@@ -97,6 +97,7 @@ fn file(case: &Case) -> raw::Case {
             inherited: 0,
             velocity: Some(case.initial.velocity.clone()).filter(|_| case.initial.from.is_none()),
             taylor_green: case.initial.taylor_green,
+            couette: case.initial.couette,
             perturbation: Some(case.initial.perturbation).filter(|_| case.initial.from.is_none()),
         },
         drive: case.drive.as_ref().map(drive),

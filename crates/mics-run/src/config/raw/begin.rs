@@ -21,13 +21,14 @@ pub(in crate::config) fn begin(case: &mut Case, folder: &Path, read: ReadBodies)
         return Ok(());
     };
     let key = "initial.from";
-    let Initial { velocity, perturbation, taylor_green, .. } = &case.initial;
-    let others = velocity.is_some() || perturbation.is_some() || taylor_green.is_some();
+    let Initial { velocity, perturbation, taylor_green, couette, .. } = &case.initial;
+    let others =
+        velocity.is_some() || perturbation.is_some() || taylor_green.is_some() || couette.is_some();
     ensure!(
         !others,
         key,
-        "the fluid's velocity is that run's: remove initial.velocity, initial.perturbation and \
-        initial.taylor_green"
+        "the fluid's velocity is that run's: remove initial.velocity, initial.perturbation, \
+        initial.taylor_green and initial.couette"
     );
     let run = located(&run, folder);
     case.initial.from = Some(run.display().to_string());

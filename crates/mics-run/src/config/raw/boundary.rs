@@ -58,6 +58,11 @@ impl Side {
         }
     }
 
+    /// The velocity of a wall that moves (m/s); empty of other sides.
+    pub fn wall_velocity(&self) -> &[f64] {
+        if let Side::MovingWall(velocity) = self { velocity } else { &[] }
+    }
+
     /// A component of an inflow's velocity (m/s) at a place on its face: coordinates along it (m),
     /// of as many as reach from 0 to `sizes` (m); 0 of other sides.
     pub fn inflow_at(&self, place: &[f64], sizes: &[f64], component: usize) -> f64 {

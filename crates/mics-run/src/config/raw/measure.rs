@@ -43,15 +43,16 @@ pub struct Measure {
     /// From this time on (s).
     #[serde(default)]
     pub from: f64,
-    /// Moment of a place, velocity or spin: `{ time = 0.5 }` (s), `{ y = 0.075 }` as the centre
-    /// first passes there (m), or `"contact"`. Default: a place at the end, the mean of a velocity
-    /// or spin.
+    /// Moment of a place, angle, velocity or spin: `{ time = 0.5 }` (s), `{ y = 0.075 }` as the
+    /// centre first passes there (m), or `"contact"`. Default: a place or angle at the end, the
+    /// mean of a velocity or spin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub when: Option<When>,
     /// Reference speed (m/s), default the inflow's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
-    /// Reference length of a coefficient or a Strouhal number (m), default the particle's diameter.
+    /// Reference length (m) of a coefficient or a Strouhal number, default the diameter of the disc
+    /// or sphere of the particle's volume.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// Which force, default the coupling's.

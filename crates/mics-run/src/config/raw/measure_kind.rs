@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use MeasureKind::*;
 
 /// What a measure is. Coefficients are forces over `0.5 rho_f speed^2 d` (2D, per unit depth) or
-/// `0.5 rho_f speed^2 pi d^2/4` (3D), with the diameter of the disc or sphere of the volume of what
-/// is not round; means are over time.
+/// `0.5 rho_f speed^2 pi d^2/4` (3D), with d the key `length` or else the diameter, of what is not
+/// round that of the disc or sphere of its volume; means are over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MeasureKind {
@@ -71,6 +71,15 @@ pub enum MeasureKind {
     VelocityZ,
     /// Mean of the particle's angular velocity about z, or that `when` (rad/s).
     Spin,
+    /// Largest magnitude of the particle's angular velocity about z, from `from` on (rad/s).
+    LargestSpin,
+    /// Least magnitude of it, from `from` on (rad/s).
+    LeastSpin,
+    /// Time in which the particle turns once about z (s): twice that of its latest half turn.
+    TurnPeriod,
+    /// Angle about z by which the particle is turned at the end, or `when`, from its `orientation`
+    /// of 0 on, all turns counted (rad).
+    Angle,
     /// First contact of the particle with a body or wall (s); in a viscous fluid a gap of
     /// `contact.roughness`.
     ContactStart,
@@ -131,8 +140,9 @@ impl MeasureKind {
             | TerminalSpeed | VelocityX | VelocityY | VelocityZ | FastestParticle | MeanSpeed
             | RmsSpeed | SuperficialVelocity => "m/s",
             PositionX | PositionY | PositionZ | MeanHeight | LargestOverlap | BedHeight => "m",
-            ContactStart | DissipationTime => "s",
-            Spin => "rad/s",
+            ContactStart | DissipationTime | TurnPeriod => "s",
+            Spin | LargestSpin | LeastSpin => "rad/s",
+            Angle => "rad",
             Force if dimension == 2 => "N/m",
             Force => "N",
             TransportRate | FlowRate if dimension == 2 => "m2/s",
@@ -220,7 +230,10 @@ impl MeasureKind {
 
     /// Whether it can be taken at a moment of the particle's way.
     pub fn has_moments(self) -> bool {
-        matches!(self, PositionX | PositionY | PositionZ | VelocityX | VelocityY | VelocityZ | Spin)
+        matches!(
+            self,
+            PositionX | PositionY | PositionZ | VelocityX | VelocityY | VelocityZ | Spin | Angle
+        )
     }
 
     /// Whether it is made of the force on a particle.

@@ -237,6 +237,10 @@ pub struct Initial {
     /// in 2D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub taylor_green: Option<f64>,
+    /// Couette flow along this axis, added: linear from the velocity of its low wall to that of its
+    /// high one, where one of them moves at least. Default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub couette: Option<Axis>,
     /// Amplitude (m/s) of a reproducible random disturbance of every cell, which breaks the
     /// symmetry of a wake. Default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -6,7 +6,7 @@ mod measures;
 
 use super::particle::{Overlap, overlap, particle};
 use super::*;
-use crate::config::fault::{Check, not_negative, positive, vector};
+use crate::config::fault::{AXES, Check, not_negative, positive, vector};
 pub(in crate::config) use measures::{measures, name_particles};
 
 /// Checks what the types leave open; the first refusal is returned. [`measures()`] comes later:
@@ -78,6 +78,16 @@ fn initial(case: &Case) -> Check {
         "initial.taylor_green",
         "a vortex of Taylor and Green is periodic: all sides must be"
     );
+    if let Some(axis) = case.initial.couette {
+        axis.check("initial.couette", case.dimension())?;
+        let sides = case.sides();
+        let pair = &sides[2 * axis.index()..][..2];
+        let walls = pair.iter().all(|s| matches!(s, Some(Side::Wall | Side::MovingWall(_))));
+        let moves = pair.iter().any(|s| matches!(s, Some(Side::MovingWall(_))));
+        let x = AXES[axis.index()];
+        let cure = "make one of its two sides { moving_wall = [...] }, and both walls";
+        ensure!(walls && moves, "initial.couette", "no walls shear the fluid along {x}: {cure}");
+    }
     Ok(())
 }
 
@@ -371,6 +381,12 @@ mod tests {
         assert_eq!(refusal(2, "coupling.mix_pressure = true").unwrap().0, "coupling.mix_pressure");
         assert!(refusal(2, "coupling = { wall = \"mixing\", mix_pressure = true }").is_none());
         assert_eq!(refusal(3, "initial.velocity = [1.0, 0.0]").unwrap().0, "initial.velocity");
+    }
+
+    #[test]
+    fn initial_couette_flow_needs_a_moving_wall() {
+        assert_eq!(refusal(2, "initial.couette = \"y\"").unwrap().0, "initial.couette");
+        assert_eq!(refusal(2, "initial.couette = \"z\"").unwrap().0, "initial.couette");
     }
 
     #[test]

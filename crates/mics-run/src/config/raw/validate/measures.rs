@@ -65,7 +65,7 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
 pub(in crate::config) fn measures(case: &Case) -> Check {
     let mut names = HashSet::new();
     for (index, measure) in case.measure.iter().enumerate() {
-        let Measure { name, kind, from, speed, .. } = measure;
+        let Measure { name, kind, from, speed, length, .. } = measure;
         let key = |rest: &str| format!("measure.{index}.{rest}");
         ensure!(!name.is_empty(), key("name"), "is empty: give each measure a name");
         printable(&key("name"), Some(name))?;
@@ -78,14 +78,14 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
         let end = case.time.end;
         ensure!(*from < end, key("from"), "must be before time.end = {end:?} s, not {from:?}");
         positive(&key("speed"), *speed, "m/s")?;
-        positive(&key("length"), measure.length, "m")?;
+        positive(&key("length"), *length, "m")?;
         ensure!(
-            measure.length.is_none() || kind.needs_speed(),
+            length.is_none() || kind.needs_speed(),
             key("length"),
-            "is of coefficients and Strouhal numbers only"
+            "is of coefficients of a force and strouhal only"
         );
         ensure!(
-            measure.length.is_some() || measure.obstacle.is_none() || !kind.needs_speed(),
+            length.is_some() || measure.obstacle.is_none() || !kind.needs_speed(),
             key("length"),
             "an obstacle has no diameter that a coefficient could refer to: give `length` (m)"
         );
@@ -194,7 +194,7 @@ fn moment(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check
     ensure!(
         measure.kind.has_moments(),
         key("when"),
-        "is of position_x, velocity_x (y, z) and spin only: remove it or change the kind"
+        "is of position_x, velocity_x (y, z), spin and angle only: remove it or change the kind"
     );
     let (at, most, unit) = match when {
         When::Contact => (0.0, 0.0, ""),
