@@ -1,22 +1,27 @@
-//! The velocities on the lines through the middle of a 2D box, and their extrema.
+//! The velocities on lines of cells of a 2D box: extrema on those through its middle, and where
+//! what flows along the south side attaches.
 //!
 //! ```text
 //!   +---|---+     | x = size/2: the mean of the columns beside it, or the middle column
 //!   |   |   |     - y = size/2: rows alike
 //!   |---+---|     extremum: the parabola through the cell that has it and its two neighbours
 //!   |   |   |
-//!   +---|---+
+//!   +---|---+     shear at the side, by the parabola through 0 there and two cells above it:
+//!                 du/dy = (9 u_0 - u_1)/(3 h)
 //! ```
 
 use crate::Result;
 use crate::config::MeasureKind;
 use crate::scene::Scene;
 
-/// The value of a measure `kind` of a midline; `None` for other kinds, and in 3D. Collective.
+/// The value of a measure `kind` of a line; `None` for other kinds, and in 3D. Collective.
 ///
 /// # Errors
 /// When ranks cannot add up what they have of the line.
-pub fn extremum<const D: usize>(kind: MeasureKind, scene: &Scene<D>) -> Result<Option<f64>> {
+pub fn value<const D: usize>(kind: MeasureKind, scene: &Scene<D>) -> Result<Option<f64>> {
+    if kind == MeasureKind::Reattachment {
+        return reattachment(scene);
+    }
     let (axis, along, sign) = match kind {
         MeasureKind::MidlineULeast => (0, 1, -1.0),
         MeasureKind::MidlineVLeast => (1, 0, -1.0),
@@ -31,6 +36,25 @@ pub fn extremum<const D: usize>(kind: MeasureKind, scene: &Scene<D>) -> Result<O
     let mut values = line(cells, along, own);
     scene.domain.session.sum(&mut values)?;
     Ok(Some(sign * peak(&values)))
+}
+
+/// The largest x at which the shear at the south side turns from backward to forward (m); `None`
+/// where it does not, and in 3D. Collective.
+fn reattachment<const D: usize>(scene: &Scene<D>) -> Result<Option<f64>> {
+    let (grid, u) = (&scene.domain.grid, &scene.state.u[0]);
+    let Ok(cells) = <[usize; 2]>::try_from(&grid.cells[..]) else { return Ok(None) };
+    let at = |i: usize, j: usize| {
+        grid.owned_index(std::array::from_fn(|a| [i, j][a])).map_or(0.0, |c| u[c])
+    };
+    let mut shear: Vec<f64> = (0..cells[0]).map(|i| 9.0 * at(i, 0) - at(i, 1)).collect();
+    scene.domain.session.sum(&mut shear)?;
+    Ok(last_rise(&shear).map(|place| (place + 0.5) * grid.h[0]))
+}
+
+/// Where samples last pass from below 0 to above, on the line between two of them.
+fn last_rise(values: &[f64]) -> Option<f64> {
+    let k = values.windows(2).rposition(|pair| pair[0] < 0.0 && pair[1] >= 0.0)?;
+    Some(k as f64 + values[k] / (values[k] - values[k + 1]))
 }
 
 /// The values of cells on the line along an axis through the middle of the other.
@@ -57,6 +81,12 @@ fn peak(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn last_rise_is_between_two_samples() {
+        assert_eq!(last_rise(&[-1.0, 1.0, -1.0, -3.0, 1.0, 2.0]), Some(3.75));
+        assert_eq!(last_rise(&[1.0, 2.0, -1.0]), None);
+    }
 
     #[test]
     fn midline_extrema_exact_for_parabola() {

@@ -18,11 +18,36 @@ struct CaseSide<'a, const D: usize> {
     high: bool,
     grid: &'a Grid<D>,
     obstacles: Vec<&'a Body>,
+    /// Where the edges of the side begin, along it (m): in 2D what obstacles leave open.
+    begin: f64,
     /// Edges of the box along the side (m).
     sizes: Vec<f64>,
 }
 
 impl<const D: usize> CaseSide<'_, D> {
+    /// Lets the edges of the side be those of what obstacles leave open of it, in 2D: a parabola
+    /// is zero there.
+    fn narrow(&mut self) {
+        let ([along], true) = (self.sizes[..].as_ref(), D == 2) else { return };
+        let (axis, length) = (1 - self.axis, *along);
+        let (h, n) = (self.grid.h[axis], self.grid.cells[axis]);
+        let open = |k: usize| {
+            let mut place = Vector3::zeros();
+            place[axis] = (k as f64 + 0.5) * h;
+            place[self.axis] = if self.high { self.grid.size[self.axis] } else { 0.0 };
+            self.open(&place)
+        };
+        let (first, last) = ((0..n).find(|k| open(*k) > 0.0), (0..n).rfind(|k| open(*k) > 0.0));
+        let (Some(first), Some(last)) = (first, last) else { return };
+        let low = (first as f64 + 1.0 - open(first)) * h;
+        let high = if last + 1 == n && open(last) == 1.0 {
+            length
+        } else {
+            (last as f64 + open(last)) * h
+        };
+        (self.begin, self.sizes) = (low, vec![high - low]);
+    }
+
     /// How much of the face around a place (m) no obstacle covers.
     fn open(&self, place: &Vector3<f64>) -> f64 {
         // A box of the face, a little way into the domain.
@@ -45,7 +70,10 @@ impl<const D: usize> SideVelocity for CaseSide<'_, D> {
             Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
             Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
                 let mut along = (0..3).filter(|a| *a != self.axis).map(|a| place[a]);
-                let x: [f64; 2] = std::array::from_fn(|_| along.next().unwrap_or_default());
+                let mut x: [f64; 2] = std::array::from_fn(|_| along.next().unwrap_or_default());
+                if let Side::InflowParabola(_) = self.side {
+                    x[0] = (x[0] - self.begin).clamp(0.0, self.sizes[0]);
+                }
                 let dimension = self.sizes.len() + 1;
                 let open = self.open(place);
                 let of = |c: usize| open * self.side.inflow_at(&x, &self.sizes, c);
@@ -71,7 +99,11 @@ pub(super) fn boundary<const D: usize>(
             let axis = at[0];
             let sizes = (0..D).filter(|&a| a != axis).map(|a| grid.size[a]).collect();
             let obstacles = bodies.iter().filter(|body| body.is_obstacle()).collect();
-            let side = CaseSide { side, axis, high: at[1] == 1, grid, obstacles, sizes };
+            let high = at[1] == 1;
+            let mut side = CaseSide { side, axis, high, grid, obstacles, begin: 0.0, sizes };
+            if !side.obstacles.is_empty() {
+                side.narrow();
+            }
             Some(BoundaryKind::given(grid, at, &side, 0.0))
         }
     }

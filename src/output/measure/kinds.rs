@@ -73,7 +73,7 @@ pub(super) fn kind(kind: MeasureKind) -> (fn(&View) -> f64, Becomes) {
         MaxSpeed => (|v| v.step.max_speed, Largest),
         MeanHeight => (|v| v.mean_height(), Last),
         MeanSpeed => (|v| v.mean_of(|b| b.velocity.norm()), Mean),
-        MidlineULeast | MidlineVLeast | MidlineVLargest => (|_| 0.0, Snapshot),
+        MidlineULeast | MidlineVLeast | MidlineVLargest | Reattachment => (|_| 0.0, Snapshot),
         MorisonDrag => (|_| 0.0, Fitted(|fit| fit.coefficients().map(|c| c.x))),
         MorisonInertia => (|_| 0.0, Fitted(|fit| fit.coefficients().map(|c| c.y))),
         MorisonResidual => (|_| 0.0, Fitted(Morison::residual)),

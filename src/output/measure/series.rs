@@ -97,8 +97,8 @@ impl Series {
     /// # Errors
     /// When ranks cannot add up what they have.
     pub fn take_fields<const D: usize>(&mut self, scene: &Scene<D>) -> Result<()> {
-        if self.measure.kind.is_of_midline() {
-            self.found = midline::extremum(self.measure.kind, scene)?;
+        if self.measure.kind.is_of_line() {
+            self.found = midline::value(self.measure.kind, scene)?;
         }
         Ok(())
     }

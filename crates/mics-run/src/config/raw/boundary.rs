@@ -41,7 +41,8 @@ pub enum Side {
     /// This velocity (m/s), uniform over the face. With `[contact]` free particles rest on it as on
     /// a grate, without lubrication.
     Inflow(Vec<f64>),
-    /// A parabola, zero at the face's edges, with this velocity (m/s) at its middle.
+    /// A parabola, zero at the face's edges, with this velocity (m/s) at its middle; in 2D the
+    /// edges are those of what obstacles leave open.
     InflowParabola(Vec<f64>),
     /// Velocity along the face's first tangential axis, linear between the points given.
     InflowProfile(Profile),

@@ -51,6 +51,9 @@ pub enum MeasureKind {
     MidlineVLeast,
     /// Largest velocity along y on the line y = size/2 at the end (m/s); 2D only.
     MidlineVLargest,
+    /// Where the flow along the south side last turns from backward to forward at the end: the x at
+    /// which the shear there is zero (m); 2D only.
+    Reattachment,
     /// Largest speed of the particle's centre from `from` on (m/s), steady or not.
     #[serde(alias = "terminal_velocity")]
     LargestSpeed,
@@ -139,7 +142,8 @@ impl MeasureKind {
             MaxSpeed | MidlineULeast | MidlineVLeast | MidlineVLargest | LargestSpeed
             | TerminalSpeed | VelocityX | VelocityY | VelocityZ | FastestParticle | MeanSpeed
             | RmsSpeed | SuperficialVelocity => "m/s",
-            PositionX | PositionY | PositionZ | MeanHeight | LargestOverlap | BedHeight => "m",
+            Reattachment | PositionX | PositionY | PositionZ | MeanHeight | LargestOverlap
+            | BedHeight => "m",
             ContactStart | DissipationTime | TurnPeriod => "s",
             Spin | LargestSpin | LeastSpin => "rad/s",
             Angle => "rad",
@@ -167,7 +171,7 @@ impl MeasureKind {
     /// Whether it is of one particle.
     pub fn needs_particle(self) -> bool {
         !matches!(self, MaxSpeed | LargestOverlap)
-            && !self.is_of_midline()
+            && !self.is_of_line()
             && !self.is_of_group()
             && !self.is_of_box()
     }
@@ -208,9 +212,9 @@ impl MeasureKind {
         matches!(self, MeanHeight | HeightRank | BedHeight)
     }
 
-    /// Whether it is of the velocities on a line through the middle of the box.
-    pub fn is_of_midline(self) -> bool {
-        matches!(self, MidlineULeast | MidlineVLeast | MidlineVLargest)
+    /// Whether it is of the velocities on a line of cells of the box.
+    pub fn is_of_line(self) -> bool {
+        matches!(self, MidlineULeast | MidlineVLeast | MidlineVLargest | Reattachment)
     }
 
     /// Whether a reference speed makes it dimensionless: a coefficient of a force, or a frequency.

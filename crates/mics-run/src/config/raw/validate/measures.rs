@@ -177,7 +177,7 @@ fn needs_of_kind(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -
             "is of a particle that swings: {cure}"
         );
     }
-    let flat = case.dimension() == 2 || !kind.is_of_midline();
+    let flat = case.dimension() == 2 || !kind.is_of_line();
     ensure!(flat, key("kind"), "is for 2D only; in 3D look into the fields");
     let along_z = matches!(kind, MeasureKind::PositionZ | MeasureKind::VelocityZ);
     ensure!(
