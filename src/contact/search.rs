@@ -16,8 +16,6 @@ impl Contacts {
         let farthest = self.find_reach(bodies, time, again);
         self.find_faces(bodies);
         self.regions.clear();
-        self.travelled.fill(0.0);
-        self.paired.fill(false);
         // The first search of a step has the few pairs with springs only: exchanged for the other,
         // both lists would come to take the room of all.
         self.old.clear();
@@ -75,9 +73,11 @@ impl Contacts {
         }
     }
 
-    /// Finds how far bodies reach within `time` (s), and the farthest of all that are no obstacles
+    /// Forgets who was near whom and finds how far bodies reach within `time` (s); the farthest of all that are no obstacles
     /// (m).
     fn find_reach(&mut self, bodies: &[Body], time: f64, again: bool) -> f64 {
+        self.travelled.fill(0.0);
+        self.paired.fill(false);
         let mut farthest: f64 = 0.0;
         for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {
             let way =
