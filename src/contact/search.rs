@@ -73,8 +73,8 @@ impl Contacts {
         }
     }
 
-    /// Forgets who was near whom and finds how far bodies reach within `time` (s); the farthest of all that are no obstacles
-    /// (m).
+    /// Forgets who was near whom and finds how far bodies reach within `time` (s); the farthest of
+    /// all that are no obstacles (m).
     fn find_reach(&mut self, bodies: &[Body], time: f64, again: bool) -> f64 {
         self.travelled.fill(0.0);
         self.paired.fill(false);
