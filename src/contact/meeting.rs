@@ -1,7 +1,6 @@
 //! How a pair meets, and how its two respond to forces.
 
 use super::law::Kinematics;
-use super::obstacle::is_obstacle;
 use super::pair::Pair;
 use super::{Contacts, DEEPEST_OVERLAP};
 use crate::geometry::Orientation;
@@ -272,7 +271,7 @@ impl Contacts {
             if body.is_round() {
                 return (body.radius(), body.radius());
             }
-            if is_obstacle(body) {
+            if body.shape().is_obstacle() {
                 return (f64::INFINITY, 0.0);
             }
             body.parts().get(part).map_or((body.radius(), body.radius()), |part| {

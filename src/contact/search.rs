@@ -13,25 +13,9 @@ impl Contacts {
     /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the
     /// search_radius leaves room for what contacts do to speeds.
     pub(super) fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
-        let mut farthest: f64 = 0.0;
-        for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {
-            let way =
-                (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * time) * time;
-            let way = way + self.rim_way(body, inverse_mass, time);
-            self.search_radius[i] = 0.5 * self.medium.range(&self.numerics);
-            if obstacle::is_obstacle(body) {
-                // Nothing drives it from its way.
-                self.search_radius[i] += way;
-                continue;
-            }
-            self.search_radius[i] +=
-                if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
-            farthest = farthest.max(body.radius() + self.search_radius[i]);
-        }
+        let farthest = self.find_reach(bodies, time, again);
         self.find_faces(bodies);
         self.regions.clear();
-        self.travelled.fill(0.0);
-        self.paired.fill(false);
         // The first search of a step has the few pairs with springs only: exchanged for the other,
         // both lists would come to take the room of all.
         self.old.clear();
@@ -87,6 +71,29 @@ impl Contacts {
             }
             sort(&mut pairs[begin..], body, bodies, &self.walls, periods);
         }
+    }
+
+    /// Forgets who was near whom and finds how far bodies reach within `time` (s); the farthest of
+    /// all that are no obstacles (m).
+    fn find_reach(&mut self, bodies: &[Body], time: f64, again: bool) -> f64 {
+        self.travelled.fill(0.0);
+        self.paired.fill(false);
+        let mut farthest: f64 = 0.0;
+        for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {
+            let way =
+                (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * time) * time;
+            let way = way + self.rim_way(body, inverse_mass, time);
+            self.search_radius[i] = 0.5 * self.medium.range(&self.numerics);
+            if obstacle::is_obstacle(body) {
+                // Nothing drives it from its way.
+                self.search_radius[i] += way;
+                continue;
+            }
+            self.search_radius[i] +=
+                if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
+            farthest = farthest.max(body.radius() + self.search_radius[i]);
+        }
+        farthest
     }
 
     /// How far the rim of a body that is not round may turn in `time` (m).

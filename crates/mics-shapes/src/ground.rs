@@ -15,60 +15,77 @@ use crate::region::{Foot, Held, Region, foot, foot_of_ball};
 use crate::touch::{PARALLEL, POWER, Patch, SAME, Touch, mean, nearest_of, radius};
 use nalgebra::Vector3;
 
+/// Local radii of curvature of a part where the surface lies along `normal`, and of that (m).
+fn radii(part: &Part, pose: &Pose, normal: &Vector3<f64>) -> [f64; 2] {
+    [radius(part, &Placed::new(part, pose), normal), f64::INFINITY]
+}
+
+/// The contact at one point.
+fn single(foot: &Foot, part: &Part, pose: &Pose) -> Touch {
+    let normal = -foot.up;
+    let radii = radii(part, pose, &normal);
+    Touch { normal, overlap: -foot.gap, gain: 1.0, place: foot.place, spread: 0.0, radii }
+}
+
+/// The contact of a patch, where it touches.
+fn whole(patch: &Patch, part: &Part, pose: &Pose) -> Option<Touch> {
+    patch.is_touched().then(|| patch.whole(radii(part, pose, &patch.direction())))
+}
+
 impl Mesh {
     /// How a part of a body in this pose touches a region, in the axes of the surface: the place is
     /// on the surface. `power` is p for parts that are no polytopes.
     pub fn touch(&self, region: &Region, part: &Part, pose: &Pose, power: f64) -> Touch {
-        let side = Placed::new(part, pose);
-        let with = |normal: &Vector3<f64>| [radius(part, &side, normal), f64::INFINITY];
-        let single = |foot: &Foot| Touch {
-            normal: -foot.up,
-            overlap: -foot.gap,
-            gain: 1.0,
-            place: foot.place,
-            spread: 0.0,
-            radii: with(&-foot.up),
-        };
-        let polytope =
-            if let Core::Polytope(polytope) = &part.core { Some(polytope) } else { None };
-        let power = if polytope.is_some() { f64::from(POWER) } else { power };
-        let mut patch = Patch::about(part.rounding, side.place, power);
-        if let Some(polytope) = polytope {
-            self.add_polytope(region, (part, pose, polytope), &side, &mut patch);
-            if patch.is_touched() {
-                let radii = with(&patch.direction());
-                return patch.whole(radii);
-            }
+        if let Core::Polytope(polytope) = &part.core {
+            return self.touch_polytope(region, part, pose, polytope);
         }
         let (nearest, touching) = self.nearest_face(region, part, pose);
-        if let Some(polytope) = polytope {
-            let corners = polytope.corners.iter().map(|corner| side.at(corner));
-            let feet = corners.filter_map(|corner| {
-                let ball = Part::ball(Vector3::zeros(), part.rounding);
-                let pose = Pose { place: corner, ..*pose };
-                let foot = self.nearest_face(region, &ball, &pose).0;
-                (foot.gap <= nearest.gap + SAME * part.radius).then_some(foot.place)
-            });
-            let place = mean(feet).unwrap_or(nearest.place);
-            return single(&Foot { place, ..nearest });
-        }
         if touching < 2 {
-            return single(&nearest);
+            return single(&nearest, part, pose);
         }
+        let mut patch = Patch::about(part.rounding, nearest.place, power);
         self.add_signed(region, &mut patch, |simplex, normal| foot(part, pose, simplex, normal));
-        if !patch.is_touched() {
-            return single(&nearest);
+        whole(&patch, part, pose).unwrap_or_else(|| single(&nearest, part, pose))
+    }
+
+    /// The same of a polytope.
+    fn touch_polytope(
+        &self,
+        region: &Region,
+        part: &Part,
+        pose: &Pose,
+        polytope: &Polytope,
+    ) -> Touch {
+        let side = Placed::new(part, pose);
+        let mut patch = Patch::about(part.rounding, side.place, f64::from(POWER));
+        self.add_polytope(region, (part, pose, polytope), &side, &mut patch);
+        if let Some(touch) = whole(&patch, part, pose) {
+            return touch;
         }
-        let radii = with(&patch.direction());
-        patch.whole(radii)
+        let nearest = self.nearest_face(region, part, pose).0;
+        let feet = polytope.corners.iter().filter_map(|corner| {
+            let ball = Part::ball(Vector3::zeros(), part.rounding);
+            let pose = Pose { place: side.at(corner), ..*pose };
+            let foot = self.nearest_face(region, &ball, &pose).0;
+            (foot.gap <= nearest.gap + SAME * part.radius).then_some(foot.place)
+        });
+        let place = mean(feet).unwrap_or(nearest.place);
+        single(&Foot { place, ..nearest }, part, pose)
     }
 
     /// The foot of the nearest face of a region, and how many overlap with the part.
     fn nearest_face(&self, region: &Region, part: &Part, pose: &Pose) -> (Foot, usize) {
         let (mut best, mut touching) =
             (Foot { gap: f64::INFINITY, up: Vector3::x(), place: pose.place }, 0);
+        let ball = matches!(part.core, Core::Point);
+        let middle = pose.place + pose.orientation * part.place;
         for face in &region.faces {
-            let foot = foot(part, pose, &face.corners[..self.dimension()], &face.normal);
+            let corners = &face.corners[..self.dimension()];
+            let foot = if ball {
+                foot_of_ball(&middle, part.rounding, corners, &face.normal)
+            } else {
+                foot(part, pose, corners, &face.normal)
+            };
             touching += usize::from(foot.gap < 0.0);
             if foot.gap < best.gap {
                 best = foot;

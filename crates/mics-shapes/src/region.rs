@@ -117,7 +117,7 @@ pub(crate) fn foot(
     normal: &Vector3<f64>,
 ) -> Foot {
     let middle = pose.place + pose.orientation * part.place;
-    if part.core == Core::Point {
+    if matches!(part.core, Core::Point) {
         return foot_of_ball(&middle, part.rounding, simplex, normal);
     }
     let core = Core::Polytope(Polytope { corners: simplex.to_vec(), faces: Vec::new() });
@@ -150,6 +150,7 @@ pub(crate) fn foot_of_ball(
 }
 
 /// The point of a corner, a segment or a triangle that is nearest to another one (m).
+#[inline]
 fn nearest(simplex: &[Vector3<f64>], point: &Vector3<f64>) -> Vector3<f64> {
     match simplex {
         [a, b] => nearest_of_segment(a, b, point),
