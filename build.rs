@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Files of a case that a copy needs: no pictures.
-const KEPT: [&str; 3] = ["toml", "csv", "md"];
+const KEPT: [&str; 4] = ["toml", "csv", "md", "stl"];
 
 /// What git answers; `None` outside a repository.
 fn git(words: &[&str]) -> Option<String> {

@@ -78,6 +78,7 @@ fn as_they_are() -> Vec<Row> {
         row("settling-disc heavier", shipped!("settling-disc/heavier.toml"), &[], false),
         row("approach", shipped!("approach/case.toml"), &[], false),
         row("settling-sphere Re 11.6", SPHERE, &[], false),
+        row("settling-cube", shipped!("settling-cube/case.toml"), &[], false),
         row("sphere-in-couette", shipped!("sphere-in-couette/case.toml"), &[], false),
         row("ellipse-in-shear", shipped!("ellipse-in-shear/case.toml"), &[], false),
         row("settling-ellipse", shipped!("settling-ellipse/case.toml"), &[], false),

@@ -186,7 +186,7 @@ fn impact(shape: &Parts, law: Material, dice: &mut Dice) -> Option<[f64; 2]> {
 fn random_impacts_bring_no_energy() {
     for dimension in [2, 3] {
         for (name, shape) in solids::all(dimension) {
-            for (e, friction, impacts) in [(1.0, 0.0, 100), (1.0, 0.3, 5), (0.5, 0.3, 10)] {
+            for (e, friction, impacts) in [(1.0, 0.0, 100), (1.0, 0.3, 100), (0.5, 0.3, 100)] {
                 let (mut dice, mut count) = (Dice(11), 0);
                 let [mut rise, mut fall] = [0.0f64; 2];
                 let mut over = 0;
