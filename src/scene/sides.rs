@@ -11,6 +11,9 @@ use super::build::axes;
 /// Part of a spacing within a side in which what obstacles cover of it is looked for.
 const THIN: f64 = 1e-3;
 
+/// Part of a face that rounding leaves open where it is covered.
+const CLOSED: f64 = 1e-5;
+
 /// The velocity that a side of a case gives, through what obstacles leave of each of its faces.
 struct CaseSide<'a, const D: usize> {
     side: &'a Side,
@@ -60,7 +63,8 @@ impl<const D: usize> CaseSide<'_, D> {
         let covers = |body: &&Body| {
             body.shape().filled(&body.orientation(), &(middle - body.centre), &half) / volume
         };
-        (1.0 - self.obstacles.iter().map(covers).sum::<f64>()).max(0.0)
+        let open = 1.0 - self.obstacles.iter().map(covers).sum::<f64>();
+        if open > CLOSED { open } else { 0.0 }
     }
 }
 
@@ -101,7 +105,7 @@ pub(super) fn boundary<const D: usize>(
             let obstacles = bodies.iter().filter(|body| body.is_obstacle()).collect();
             let high = at[1] == 1;
             let mut side = CaseSide { side, axis, high, grid, obstacles, begin: 0.0, sizes };
-            if !side.obstacles.is_empty() {
+            if matches!(side.side, Side::InflowParabola(_)) && !side.obstacles.is_empty() {
                 side.narrow();
             }
             Some(BoundaryKind::given(grid, at, &side, 0.0))

@@ -42,6 +42,7 @@ mod modes;
 mod motion;
 mod multigrid;
 mod numerics;
+mod obstacle_cases;
 mod obstacles;
 mod own_ranks;
 mod passage;

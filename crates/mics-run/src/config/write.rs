@@ -234,7 +234,9 @@ fn contact(c: &Contact) -> raw::Contact {
 fn measure(m: &Measure, case: &Case) -> raw::Measure {
     let target = m.target.as_ref();
     let (dimension, particles) = (case.dimension(), case.particle.len());
-    let obstacle = m.particle.checked_sub(particles).filter(|k| *k < case.obstacle.len());
+    let of_wall = m.kind.is_of_force() && !m.kind.fits_morison();
+    let obstacle =
+        m.particle.checked_sub(particles).filter(|k| of_wall && *k < case.obstacle.len());
     raw::Measure {
         name: m.name.clone(),
         kind: m.kind,

@@ -1,7 +1,7 @@
 //! How bodies meet each other and the walls: `[contact]`, and the law that each two materials have
 //! by it.
 
-use super::{Case, Particle};
+use super::{Case, Obstacle, Particle};
 use crate::config::fault::{Check, Fault, not_negative, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -209,6 +209,7 @@ impl Contact {
         let mut known: Vec<&str> = listed.chain(of_swarms).collect();
         let bodies_of_wall = known.contains(&WALL);
         known.extend([WALL, Particle::DEFAULT_MATERIAL]);
+        known.extend(case.obstacle.iter().map(Obstacle::material));
         known.sort_unstable();
         known.dedup();
         for (index, pair) in self.pair.iter().enumerate() {
@@ -221,7 +222,7 @@ impl Contact {
                 ensure!(
                     holds,
                     format!("{key}.{end}"),
-                    "no particle is of the material \"{name}\"; known here: {names}"
+                    "nothing is of the material \"{name}\"; known here: {names}"
                 );
             }
             let holds = bodies_of_wall || [a, b] != [WALL, WALL];

@@ -1,0 +1,126 @@
+//! Obstacles as a user meets them: cases that name files, runs, figures, restarts.
+
+use crate::support::{columns, mics, run, shipped};
+use std::path::{Path, PathBuf};
+
+/// A stone and a disc fall onto a bed with a pier; the box is periodic along it.
+const BED: &str = r#"name = "bed"
+[domain]
+size = [0.2, 0.1]
+cells = [80, 40]
+[fluid]
+density = 1000.0
+viscosity = 0.1
+gravity = [0.0, -9.81]
+[boundary]
+west = "periodic"
+east = "periodic"
+south = "wall"
+north = "wall"
+[[obstacle]]
+name = "bed"
+heights = { file = "bed.csv" }
+[[obstacle]]
+name = "paddle"
+polygon = { file = "paddle.csv", scale = 0.001 }
+position = [0.12, 0.05]
+centre = [0.1, 0.07]
+motion = { prescribed = { velocity = [0.0, 0.1] } }
+[[particle]]
+shape = { disc = { diameter = 0.02 } }
+position = [0.05, 0.031]
+density = 2650.0
+[[particle]]
+shape = { polygon = { points = [[0, 0], [0.03, 0], [0.03, 0.02], [0, 0.02]] } }
+position = [0.17, 0.035]
+density = 2650.0
+[contact]
+friction = 0.5
+[time]
+end = 0.024
+step = 0.001
+[output]
+particles = { every = 1 }
+checkpoint = { every_steps = 12 }
+figures = false
+[[measure]]
+name = "weight"
+kind = "force"
+obstacle = "bed"
+direction = [0, -1]
+"#;
+
+/// Writes the case with the files that it names into a folder.
+fn written(folder: &Path) -> PathBuf {
+    for (name, content) in [
+        ("bed.csv", "x,y\n0.05,0.02\n0.15,0.02\n0.17,0.024\n"),
+        ("paddle.csv", "x,y\n-20,0\n20,0\n20,15\n-20,15\n"),
+        ("case.toml", BED),
+    ] {
+        std::fs::write(folder.join(name), content).unwrap();
+    }
+    folder.join("case.toml")
+}
+
+#[test]
+fn run_with_obstacles_stands_without_their_files_and_restarts_exactly() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = written(dir.path());
+    let said = mics(&["check", case.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(
+        said.contains("\nbed          outline of") && said.contains("\npaddle       "),
+        "{said}"
+    );
+    let (whole, parts) = (dir.path().join("whole"), dir.path().join("parts"));
+    let summary = run(&case, &whole, &[]);
+    assert!(summary["measures"]["weight"].is_number(), "{summary}");
+    run(&case, &parts, &["--set", "time.end=0.012"]);
+    run(&case, &parts, &["--resume"]);
+    for table in ["particles.csv", "obstacles.csv"] {
+        let rows = |out: &Path| std::fs::read_to_string(out.join(table)).unwrap();
+        assert_eq!(rows(&whole), rows(&parts), "{table}");
+    }
+    let rows = columns(&whole.join("obstacles.csv"));
+    // Two obstacles a step; what they carry is a contact's force.
+    assert_eq!((rows["id"].len(), rows["id"][0], rows["id"][1]), (50, 0.0, 1.0));
+    assert!((rows["y"][49] - 0.07 - 0.1 * 0.024).abs() < 1e-12);
+    assert!(rows["contact_fy"][48] < -1.0, "{}", rows["contact_fy"][48]);
+    let bodies = columns(&whole.join("particles.csv"));
+    assert!(bodies["id"].iter().all(|id| *id < 2.0));
+    for name in ["bed.csv", "paddle.csv", "case.toml"] {
+        std::fs::remove_file(dir.path().join(name)).unwrap();
+    }
+    for command in ["plot", "report"] {
+        let output = mics(&[command, whole.to_str().unwrap()]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let surfaces = std::fs::read_to_string(whole.join("fields/obstacles-00000024.vtp")).unwrap();
+    assert!(surfaces.contains("NumberOfVerts=\"2\""));
+}
+
+#[test]
+fn inflow_beside_obstacle_passes_what_is_open_and_reattaches_where_erturk_has_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let more = [
+        "--set",
+        "domain.size=[16.0, 2.0]",
+        "--set",
+        "domain.cells=[128, 16]",
+        "--set",
+        "time.end=60.0",
+        "--set",
+        "measure.1.from=50.0",
+        "--set",
+        "output.figures=false",
+        "--set",
+        "measure.2={ name = \"flow\", kind = \"flow_rate\", axis = \"x\", from = 50.0 }",
+    ];
+    let summary = run(&shipped("backward-step/case.toml"), &dir.path().join("run"), &more);
+    let value = |name: &str| summary["measures"][name].as_f64().unwrap();
+    let (place, flow) = ((value("reattachment") - 5.0) / 2.922 - 1.0, value("flow"));
+    println!("reattachment {:+.2} %, flow {flow}", 100.0 * place);
+    // A parabola by its values at the middles of faces: 1 + 1/(2 n^2) of 8 of them.
+    assert!((flow - 1.0 - 0.5 / 64.0).abs() < 1e-3, "{flow}");
+    assert!(place.abs() < 0.03, "{place}");
+}
