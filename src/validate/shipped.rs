@@ -59,6 +59,8 @@ fn as_they_are() -> Vec<Row> {
         ),
         row("sphere-let-go s 1.5", LET_GO, &[], true),
         row("poiseuille", shipped!("poiseuille/case.toml"), &[], true),
+        row("tilted-channel", shipped!("tilted-channel/case.toml"), &[], true),
+        row("backward-step", shipped!("backward-step/case.toml"), &[], true),
         row("open-channel", shipped!("open-channel/case.toml"), &[], true),
         row("sphere-array phi 0.125", shipped!("sphere-array/case.toml"), &[], true),
         row("taylor-green", shipped!("taylor-green/case.toml"), &[], false),
