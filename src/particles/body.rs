@@ -223,8 +223,7 @@ impl Body {
         if let Motion::Free(freedom) = self.motion { Some(freedom) } else { None }
     }
 
-    /// Whether what it fills changes, or can: by its place, or, unless it is round, by how it is
-    /// turned.
+    /// Whether what it fills can change: by its place or, unless round, by how it is turned.
     pub fn moves(&self) -> bool {
         let turns = || self.spin != Vector3::zeros() && !self.round;
         match self.motion {
@@ -234,8 +233,7 @@ impl Body {
         }
     }
 
-    /// Moves the body on by `dt` (s) under accelerations that last, or as prescribed; `periods` are
-    /// the lengths of the periodic axes (m).
+    /// Moves the body by `dt` (s) under lasting accelerations, or as prescribed; `periods` (m).
     pub fn advance(&mut self, dt: f64, accelerations: &Accelerations, periods: &[Option<f64>; 3]) {
         self.translate(dt, accelerations, periods);
         self.turn(dt, &accelerations.angular);

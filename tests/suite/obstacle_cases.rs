@@ -1,6 +1,6 @@
 //! Obstacles as a user meets them: cases that name files, runs, figures, restarts.
 
-use crate::support::{columns, mics, run, shipped};
+use crate::support::{box_case, columns, mics, run, shipped};
 use std::path::{Path, PathBuf};
 
 /// A stone and a disc fall onto a bed with a pier; the box is periodic along it.
@@ -123,4 +123,36 @@ fn inflow_beside_obstacle_passes_what_is_open_and_reattaches_where_erturk_has_it
     // A parabola by its values at the middles of faces: 1 + 1/(2 n^2) of 8 of them.
     assert!((flow - 1.0 - 0.5 / 64.0).abs() < 1e-3, "{flow}");
     assert!(place.abs() < 0.03, "{place}");
+}
+
+/// The force on a disc in a stream close above a bed, its centre at x (m) in a period of 0.2 m.
+fn force_above_bed(x: f64) -> [f64; 2] {
+    let dir = tempfile::tempdir().unwrap();
+    let body = format!(
+        "[[obstacle]]\nheights = {{ points = [[0.0, 0.02], [0.19, 0.02]] }}\n[[particle]]\n\
+        shape = {{ disc = {{ diameter = 0.025 }} }}\nposition = [{x:?}, 0.033]\n\
+        motion = \"fixed\"\n[drive]\nmean_velocity = {{ axis = \"x\", value = 0.2 }}\n\
+        [time]\nend = 0.02\n[output]\nfigures = false\n[pressure]\n\
+        divergence_limit = 1.0e-6\n"
+    );
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
+    let text = box_case([0.2, 0.1], [80, 40], 5e-5, sides, &body);
+    let path = dir.path().join("case.toml");
+    std::fs::write(&path, text).unwrap();
+    run(&path, &dir.path().join("run"), &[]);
+    let rows = columns(&dir.path().join("run/particles.csv"));
+    ["fluid_fx", "fluid_fy"].map(|name| *rows[name].last().unwrap())
+}
+
+#[test]
+fn body_above_bed_feels_no_end_of_period() {
+    let middle = force_above_bed(0.1);
+    // The second and the third reach across the end of the period, where the bed's images begin.
+    for x in [0.05, 0.0, 0.1975] {
+        let here = force_above_bed(x);
+        let apart = (0..2).map(|a| (here[a] - middle[a]).abs()).fold(0.0, f64::max);
+        let size = middle[0].hypot(middle[1]);
+        println!("x = {x}: {here:?} beside {middle:?}");
+        assert!(apart < 1e-5 * size, "{x}: {here:?} {middle:?}");
+    }
 }

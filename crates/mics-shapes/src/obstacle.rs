@@ -118,15 +118,14 @@ impl Obstacle {
     }
 
     fn made(surface: Walls, dimension: usize, room: &Room) -> Result<Obstacle, Fault> {
-        let (low, high) = (surface.low, surface.high);
         let mut obstacle = Obstacle {
             dimension,
             whole: mesh_of(&surface.solid)?,
             mesh: mesh_of(&surface.walls)?,
             faces: surface.faces(dimension, room),
+            radius: surface.reach(),
             surface,
             room: *room,
-            radius: low.abs().sup(&high.abs()).norm(),
             thickness: 0.0,
             filled: (0.0, Vector3::zeros()),
         };

@@ -87,12 +87,17 @@ fn edges(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> {
 }
 
 /// Whether a point lies within rings: a ray from it crosses them an odd number of times.
-fn within(rings: &[Vec<Point>], at: Point) -> bool {
+pub fn within(rings: &[Vec<Point>], at: Point) -> bool {
     let crosses = |(a, b): &(Point, Point)| {
         let right = a[0] + (at[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
         (a[1] > at[1]) != (b[1] > at[1]) && at[0] < right
     };
     rings.iter().flat_map(|ring| edges(ring)).filter(crosses).count() % 2 == 1
+}
+
+/// Area within a ring, negative where it runs clockwise.
+pub fn area(ring: &[Point]) -> f64 {
+    edges(ring).map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0])).sum()
 }
 
 /// Distance of a point from a segment.

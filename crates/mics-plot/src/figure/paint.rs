@@ -14,7 +14,7 @@ use super::axis::Axis;
 use super::canvas::{self, INK, Pixel, SCALE, SMALL, Sheet, THIN};
 use super::frame::Frame;
 use super::trace::{self, HOPS, Point, sample};
-use super::{Disc, Plane, Quantity, Scale};
+use super::{Disc, Plane, Quantity, Scale, cut};
 use mics_run::{Error, Result};
 
 /// Distance between arrow heads along a streamline.
@@ -244,24 +244,27 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
     }
 }
 
-/// Draws an obstacle: its rings as one area, by way of the first corner of the first one, so that
-/// holes stay open.
+/// Draws an obstacle: what is within its outer rings, which run counterclockwise, each as one area
+/// with its holes, by way of its first corner.
 fn draw_wall(sheet: &mut Sheet, plot: &Frame, wall: &Disc, size: [f64; 2]) {
-    let mut area: Vec<Pixel> = Vec::new();
-    let rings = wall.rings(0).into_iter().map(|ring| in_plane(ring, size));
-    let mut rims: Vec<Vec<Pixel>> = Vec::new();
-    for mut rim in
-        rings.map(|ring| ring.iter().map(|at| plot.pixel(at[0], at[1])).collect::<Vec<Pixel>>())
-    {
-        rim.extend(rim.first().copied());
-        area.extend(&rim);
-        area.extend(rims.first().unwrap_or(&rim).first());
-        rims.push(rim);
-    }
-    if area.len() > 3 {
+    let rings: Vec<_> = wall.rings(0).into_iter().map(|ring| in_plane(ring, size)).collect();
+    let (outer, holes): (Vec<_>, Vec<_>) =
+        rings.into_iter().filter(|ring| ring.len() > 2).partition(|ring| cut::area(ring) > 0.0);
+    let pixels = |ring: &[Point]| -> Vec<Pixel> {
+        ring.iter().chain(ring.first()).map(|at| plot.pixel(at[0], at[1])).collect()
+    };
+    for ring in &outer {
+        let mut area = pixels(ring);
+        let within = |hole: &&Vec<Point>| cut::within(std::slice::from_ref(ring), hole[0]);
+        for hole in holes.iter().filter(within) {
+            area.extend(pixels(hole));
+            area.extend(area.first().copied());
+        }
         sheet.area(area, WALL);
     }
-    rims.into_iter().for_each(|rim| sheet.line(rim, INK, 3 * THIN / 2));
+    for ring in outer.iter().chain(&holes) {
+        sheet.line(pixels(ring), INK, 3 * THIN / 2);
+    }
 }
 
 /// Draws what one ring bounds of a particle, with the part that is marked.

@@ -165,7 +165,8 @@ mod tests {
         mics_run::config::written(&format!(
             "name = \"t\"\ntime.end = 1.0\ndomain = {{ size = {size}, cells = {cells} }}\n\
             fluid = {{ density = 1.0, viscosity = 0.1 }}\n[boundary]\nwest = \"periodic\"\n\
-            east = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n{more}[[obstacle]]\n{obstacle}\n"
+            east = \"periodic\"\nsouth = \"wall\"\nnorth = \"wall\"\n{more}[[obstacle]]\n\
+            {obstacle}\n"
         ))
         .unwrap()
     }

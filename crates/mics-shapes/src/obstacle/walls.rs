@@ -28,6 +28,8 @@ pub struct Walls {
     /// The ends of the walls within the domain.
     pub low: Vector3<f64>,
     pub high: Vector3<f64>,
+    /// The ends of all of them, with the images beyond periodic sides.
+    far: [Vector3<f64>; 2],
 }
 
 impl Walls {
@@ -61,21 +63,26 @@ impl Walls {
         let (solid, origins): (Vec<_>, Vec<_>) = solid.into_iter().unzip();
         let is_wall = |(t, _): &(&Triangle, &u32)| is_wall(t, &half, dimension, room);
         let (walls, origins): (Vec<_>, Vec<_>) = solid.iter().zip(&origins).filter(is_wall).unzip();
-        let (mut low, mut high) =
-            (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        let ends = |walls: &mut dyn Iterator<Item = &Triangle>| {
+            let none = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
+            walls.flatten().fold(none, |[low, high], x| [low.inf(x), high.sup(x)])
+        };
         // Of images beyond a periodic side nothing is within.
         let beyond = |t: &&Triangle| {
             (0..dimension)
                 .any(|a| [-1.0, 1.0].iter().any(|s| t.iter().all(|x| s * x[a] >= half[a])))
         };
-        for corner in walls.iter().filter(|t| !beyond(t)).flatten() {
-            (low, high) = (low.inf(corner), high.sup(corner));
-        }
+        let [low, high] = ends(&mut walls.iter().filter(|t| !beyond(t)));
         let (low, high) = (low.sup(&-half), high.inf(&half));
+        let wide = Vector3::from_fn(|a, _| {
+            half[a] * if room.periodic[a] { 1.0 + 2.0 * BESIDE } else { 1.0 }
+        });
+        let [far_low, far_high] = ends(&mut walls.iter());
+        let far = [far_low.sup(&-wide), far_high.inf(&wide)];
         if walls.is_empty() || (0..dimension).any(|a| low[a] > high[a]) {
             return Err(Fault("has no surface within the domain".to_owned()));
         }
-        Ok(Walls { solid, walls, origins, middle: Vector3::zeros(), low, high })
+        Ok(Walls { solid, walls, origins, middle: Vector3::zeros(), low, high, far })
     }
 
     /// All of it moved by a vector (m).
@@ -88,7 +95,13 @@ impl Walls {
             middle: self.middle + by,
             low: self.low + by,
             high: self.high + by,
+            far: self.far.map(|end| end + by),
         }
+    }
+
+    /// Radius of the ball about the own origin that holds all of them (m).
+    pub fn reach(&self) -> f64 {
+        self.far[0].abs().sup(&self.far[1].abs()).norm()
     }
 
     /// The walls as contacts see them: in 2D the segments that they stand on.

@@ -82,7 +82,7 @@ pub struct Outlines {
     /// The corners of several (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outlines: Option<Vec<Vec<[f64; 2]>>>,
-    /// A CSV file with columns x, y, relative to the case file; with a column `outline` before them,
+    /// A CSV file with columns x, y, relative to the case file; with `outline` before them,
     /// a number that changes from one outline to the next.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -113,7 +113,7 @@ pub struct Surface {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Heights {
-    /// A file, relative to the case file: CSV with columns x, y (2D) or x, y, z on a raster (3D); or
+    /// A file, relative to the case file: CSV with columns x, y (2D) or x, y, z of a raster, or
     /// an ESRI ASCII grid (`.asc`, 3D).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,

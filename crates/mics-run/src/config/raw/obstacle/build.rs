@@ -324,7 +324,7 @@ fn keeps_off_sides(case: &Case, wall: &Wall, moved: &Prescribed, key: &str) -> C
         ensure!(
             from > 0.0 && to < size,
             key,
-            "brings the obstacle from {} to {} m along {}, and what moves must stay within the box, \
+            "brings the obstacle from {} to {} m along {}, and what moves must stay in the box, \
              from 0 to {size:?} m: its surface is known only there",
             rounded(from),
             rounded(to),

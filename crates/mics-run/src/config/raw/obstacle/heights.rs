@@ -133,9 +133,9 @@ impl Raster {
         let east = (1..m).map(|j| at(n - 1, j));
         let north = (0..n - 1).rev().map(|i| at(i, m - 1));
         let west = (1..m - 1).rev().map(|j| at(0, j));
-        let border: Vec<usize> = south.chain(east).chain(north).chain(west).collect();
+        let rim: Vec<usize> = south.chain(east).chain(north).chain(west).collect();
         let below = points.len();
-        for k in &border {
+        for k in &rim {
             let [x, y, _] = points[*k];
             points.push([x, y, deep]);
         }
@@ -143,9 +143,9 @@ impl Raster {
         let middle = points.iter().take(below).map(|p| Vector3::from(*p)).sum::<Vector3<f64>>();
         let middle = middle / below as f64;
         points.push([middle.x, middle.y, deep]);
-        for k in 0..border.len() {
-            let next = (k + 1) % border.len();
-            let ([a, b], [c, d]) = ([border[k], border[next]], [below + k, below + next]);
+        for k in 0..rim.len() {
+            let next = (k + 1) % rim.len();
+            let ([a, b], [c, d]) = ([rim[k], rim[next]], [below + k, below + next]);
             triangles.extend([[a, c, b], [b, c, d], [bottom, d, c]]);
         }
         Form::Surface { points, triangles }
