@@ -259,7 +259,7 @@ impl<const D: usize> Surroundings<'_, D> {
             }
         }
         for near in self.near.iter().filter(|near| near.apart.dot(n) > near.grazes) {
-            let Some(width) = near.meets(self.bodies, foot, n) else { continue };
+            let Some(width) = near.meets(self.bodies, foot, n, self.reach) else { continue };
             if width < gap.width {
                 gap = Gap {
                     width,
