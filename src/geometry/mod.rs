@@ -30,6 +30,7 @@ mod circle;
 mod disc;
 pub mod fraction;
 mod octant;
+mod planes;
 pub(crate) mod round;
 mod solid;
 mod sphere;
@@ -41,6 +42,7 @@ pub use block::{Block, images};
 pub use disc::Disc;
 pub use fraction::Overlap;
 pub use mics_shapes as shapes;
+pub(crate) use planes::Planes;
 pub use solid::Solid;
 pub use sphere::Sphere;
 pub use tiles::{Filled, Tiles};
@@ -96,6 +98,21 @@ pub trait Shape: Debug + Send + Sync {
     /// Outward normal, of length 1, at the point of the surface nearest to the one at `arm` (m): so
     /// that point is at `arm - distance normal`. At a centre of symmetry any of them.
     fn normal(&self, orientation: &Orientation, arm: &Vector3<f64>) -> Vector3<f64>;
+
+    /// That distance and normal, for shapes that have both at once.
+    fn nearest(&self, orientation: &Orientation, arm: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        (self.distance(orientation, arm), self.normal(orientation, arm))
+    }
+
+    /// A plane that all of it lies below, of shapes that have one soon: how high the point at `arm`
+    /// (m) is above it (m), and its normal, of length 1.
+    fn plane(
+        &self,
+        _orientation: &Orientation,
+        _arm: &Vector3<f64>,
+    ) -> Option<(f64, Vector3<f64>)> {
+        None
+    }
 
     /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their
     /// areas sum to the surface's.

@@ -1,8 +1,8 @@
 //! Bodies that are not round: a shape of the crate `mics-shapes` behind [`Shape`].
 
 use super::tiles::{Filled, Tiles};
-use super::{Orientation, Shape, SurfacePoint};
-use mics_shapes::{Geometry, Obstacle, Part};
+use super::{Orientation, Planes, Shape, SurfacePoint};
+use mics_shapes::{Geometry, Nearest, Obstacle, Part};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 
@@ -47,6 +47,17 @@ impl Shape for Solid {
 
     fn normal(&self, orientation: &Orientation, arm: &Vector3<f64>) -> Vector3<f64> {
         orientation * self.0.nearest(&orientation.inverse_transform_vector(arm)).normal
+    }
+
+    fn nearest(&self, orientation: &Orientation, arm: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let near = self.0.nearest(&orientation.inverse_transform_vector(arm));
+        (near.distance, orientation * near.normal)
+    }
+
+    fn plane(&self, orientation: &Orientation, arm: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
+        let Nearest { distance, normal } =
+            self.0.plane(&orientation.inverse_transform_vector(arm))?;
+        Some((distance, orientation * normal))
     }
 
     fn surface(&self, spacing: f64) -> Vec<SurfacePoint> {
@@ -96,13 +107,16 @@ impl Shape for Solid {
         let edges = |half: &Vector3<f64>| Solid::own_edges(orientation, half);
         // How far along the row what was found last holds, and what that is.
         let (mut known, mut inside) = (f64::NEG_INFINITY, false);
-        let (dimension, mut row) = (self.dimension(), None);
+        let (dimension, mut row, mut planes) = (self.dimension(), None, Planes::default());
         for mut one in tiles.boxes() {
             if row != Some([one.at[1], one.at[2]]) {
                 (row, known) = (Some([one.at[1], one.at[2]]), f64::NEG_INFINITY);
             }
             let mut own = None;
             if one.middle.x > known {
+                if planes.clears(self, orientation, &one.middle, &one.half, 0.0) {
+                    continue;
+                }
                 let middle = orientation.inverse_transform_vector(&one.middle);
                 let distance = self.0.clearance(&middle);
                 let free = distance.abs() - one.half.norm();

@@ -11,7 +11,7 @@
 //! ```
 
 use super::convex::Convex;
-use super::{Patch, patches};
+use super::{Nearest, Patch, patches};
 use nalgebra::Vector3;
 use std::cell::RefCell;
 
@@ -30,6 +30,9 @@ pub struct Facet {
     pub offset: f64,
     first: u32,
     count: u32,
+    /// Centre and radius of a sphere that holds it (m).
+    middle: Vector3<f64>,
+    reach: f64,
 }
 
 /// An edge of a face, counterclockwise.
@@ -100,7 +103,10 @@ impl Facets {
                 let out = along.cross(&normal);
                 edges.push(Edge { corner: *corner, from, along, length, out });
             }
-            faces.push(Facet { normal, offset, first, count });
+            let places = || round.iter().map(|k| corners[*k as usize]);
+            let middle = places().sum::<Vector3<f64>>() / f64::from(count);
+            let reach = places().map(|corner| (corner - middle).norm()).fold(0.0, f64::max);
+            faces.push(Facet { normal, offset, first, count, middle, reach });
         }
         let mut facets = Facets { corners, faces, edges, index: Index::default(), radius: size };
         facets.find_index();
@@ -192,21 +198,35 @@ impl Facets {
             return (above, self.faces[highest].normal, highest);
         }
         let (mut best, mut arm, mut at) = (arm.norm_squared(), arm, highest);
+        let mut distance = best.sqrt();
         for k in list {
             let face = &self.faces[*k as usize];
             let above = face.normal.dot(point) - face.offset;
-            if above > 0.0 && above * above < best && *k as usize != highest {
+            if above > 0.0
+                && above * above < best
+                && (point - face.middle).norm_squared()
+                    < (1.0 + 1e-9) * (distance + face.reach).powi(2)
+                && *k as usize != highest
+            {
                 let (next, _) = self.arm_from(face, point, above);
                 let square = next.norm_squared();
                 if square < best {
                     (best, arm, at) = (square, next, *k as usize);
+                    distance = best.sqrt();
                 }
             }
         }
-        let distance = best.sqrt();
         let normal =
             if distance > 1e-12 * self.radius { arm / distance } else { self.faces[at].normal };
         (distance, normal, at)
+    }
+
+    /// The plane of a face that a point is furthest above of those listed: its height (m), which is
+    /// the distance from the surface inside and no more than that outside, and the normal.
+    pub fn plane(&self, point: &Vector3<f64>) -> Nearest {
+        let list = self.index.list(point).unwrap_or(&self.index.all);
+        let (distance, face) = self.highest(list, point);
+        Nearest { distance, normal: self.faces[face].normal }
     }
 
     /// The face whose plane a point is furthest above of those listed, and how far (m); a point
@@ -287,6 +307,27 @@ impl Facets {
         all
     }
 
+    /// Those of the faces that may be the highest for a point of a cell that lies inside; all of
+    /// them where the surface may pass. Heights over two planes differ evenly from place to place.
+    fn highest_within(
+        &self,
+        middle: &Vector3<f64>,
+        half: &Vector3<f64>,
+        near: Vec<u16>,
+    ) -> Vec<u16> {
+        let (most, highest) = self.highest(&near, middle);
+        if most > -half.norm() {
+            return near;
+        }
+        let top = self.faces[highest].normal;
+        let may = |k: &u16| {
+            let face = &self.faces[*k as usize];
+            let below = most - (face.normal.dot(middle) - face.offset);
+            below <= (1.0 + 1e-6) * (face.normal - top).abs().dot(half) + 1e-9 * self.radius
+        };
+        near.into_iter().filter(may).collect()
+    }
+
     fn find_index(&mut self) {
         let (mut low, mut high) = (self.corners[0], self.corners[0]);
         for corner in &self.corners {
@@ -334,6 +375,7 @@ impl Facets {
         let near = among.iter().zip(&distances).filter(|(_, away)| **away <= most);
         let near: Vec<u16> = near.map(|(k, _)| *k).collect();
         if times == 0 {
+            let near = self.highest_within(&middle, &(0.5 * size), near);
             lists[at[0] + count * (at[1] + count * at[2])] = near;
             return;
         }

@@ -117,6 +117,12 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
         self.nearest(point).distance
     }
 
+    /// A plane that all of it lies below, and all that [`Geometry::filled`] sees of it, of convex
+    /// shapes that have one soon: the height of the point above it (m), and its normal.
+    fn plane(&self, _point: &Vector3<f64>) -> Option<Nearest> {
+        None
+    }
+
     /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their
     /// areas sum to the surface's.
     fn surface(&self, spacing: f64) -> Vec<Patch>;

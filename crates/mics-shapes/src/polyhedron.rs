@@ -326,6 +326,11 @@ impl Geometry for Polyhedron {
         Nearest { distance: distance - self.rounding, normal }
     }
 
+    /// None of a rounded one, which boxes see otherwise than distances.
+    fn plane(&self, point: &Vector3<f64>) -> Option<Nearest> {
+        self.core.is_none().then(|| self.solid.plane(point))
+    }
+
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let mut all = self.solid.patches(spacing);
         if self.core.is_some() {

@@ -77,6 +77,11 @@ impl Geometry for Scaled {
         self.factor * self.base.clearance(&(point / self.factor))
     }
 
+    fn plane(&self, point: &Vector3<f64>) -> Option<Nearest> {
+        let Nearest { distance, normal } = self.base.plane(&(point / self.factor))?;
+        Some(Nearest { distance: self.factor * distance, normal })
+    }
+
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let area = self.power(self.dimension() - 1);
         let patch = |patch: Patch| Patch {

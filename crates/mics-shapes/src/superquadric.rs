@@ -259,6 +259,11 @@ impl Geometry for Superquadric {
         (distance.abs() - OFF * self.radius).max(0.0).copysign(distance)
     }
 
+    fn plane(&self, point: &Vector3<f64>) -> Option<Nearest> {
+        let Nearest { distance, normal } = self.facets.plane(point);
+        Some(Nearest { distance: distance - OFF * self.radius, normal })
+    }
+
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let mut all = self.facets.patches(spacing);
         for patch in &mut all {

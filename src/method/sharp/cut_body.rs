@@ -9,8 +9,8 @@ use super::neighbour;
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Image, Normal, Reading, Stencil, Stencils};
 use crate::geometry::{
-    Block, Cut, Cuts, FaceCentroids, Orientation, Overlap, Placed, Shape, SurfacePoint, Tiles,
-    aperture, fraction, images,
+    Block, Cut, Cuts, FaceCentroids, Orientation, Overlap, Placed, Planes, Shape, SurfacePoint,
+    Tiles, aperture, fraction, images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::numerics::Numerics;
@@ -290,18 +290,17 @@ impl<const D: usize> CutBody<D> {
     ) {
         let (grid, body, orientation) = (around.grid, &around.bodies[k], &around.orientation);
         let (shape, mut touched_cells, round) = (body.shape(), 0, around.round);
-        // No round body has left a cell that is further off than it went.
-        let way = round.map_or(f64::INFINITY, |radius| before.way.norm() + 1e-9 * radius);
+        // No body has left a cell that is further off than a point of it went.
+        let turned = (orientation.matrix() - before.orientation.matrix()).norm();
+        let turned = if round.is_some() { 0.0 } else { turned };
+        let way = before.way.norm() + (turned + 1e-9) * body.radius();
         for centre in images(grid, body.shape(), &body.centre) {
             let image = self.stencils.image(grid, centre);
+            let (mut planes, far, point) = (Planes::default(), tight.max(way), Vector3::zeros());
             for at in Block::owned(grid, &centre, extent) {
                 let arm = Vector3::from_fn(|a, _| {
                     if a < D { (at[a] as f64 + 0.5) * grid.h[a] - centre[a] } else { 0.0 }
                 });
-                let s = around.distance(shape, orientation, &arm);
-                let cleared = s > 0.0
-                    && s <= way
-                    && around.distance(shape, &before.orientation, &(arm + before.way)) <= 0.0;
                 let Some(cell) = grid.owned_index(at) else { continue };
                 // Cells that it touches come in the same order, image by image; the next one may be
                 // the first that another image touches.
@@ -309,6 +308,16 @@ impl<const D: usize> CutBody<D> {
                     |solid: &Overlap| solid.cell == cell && (solid.arm - arm).amax() < around.h;
                 let touched = self.solid.get(touched_cells).is_some_and(own);
                 touched_cells += usize::from(touched);
+                if !touched
+                    && round.is_none()
+                    && planes.clears(shape, orientation, &arm, &point, far)
+                {
+                    continue;
+                }
+                let (s, normal) = around.nearest(shape, orientation, &arm);
+                let cleared = s > 0.0
+                    && s <= way
+                    && around.distance(shape, &before.orientation, &(arm + before.way)) <= 0.0;
                 if s > tight && !cleared && !touched {
                     continue;
                 }
@@ -317,7 +326,8 @@ impl<const D: usize> CutBody<D> {
                     self.add_own_cell(self.solid[touched_cells - 1].arm, owned, cell);
                 }
                 if (s <= tight || cleared) && owned > 0.0 {
-                    self.add_ghost_cell(around, k, &image, &arm, (s, cleared), owned, cell);
+                    let s = (s, normal, cleared);
+                    self.add_ghost_cell(around, k, &image, &arm, s, owned, cell);
                 }
             }
         }
@@ -336,8 +346,8 @@ impl<const D: usize> CutBody<D> {
         self.own_arms.push(arm);
     }
 
-    /// Adds the ghost cell at the distance `s` (m) from the surface, with the profile that it
-    /// needs.
+    /// Adds the ghost cell at the distance `s` (m) from the surface, with the normal there of a
+    /// body that is not round, and the profile that it needs.
     #[allow(clippy::too_many_arguments)]
     fn add_ghost_cell(
         &mut self,
@@ -345,13 +355,13 @@ impl<const D: usize> CutBody<D> {
         k: usize,
         image: &Image,
         arm: &Vector3<f64>,
-        (s, cleared): (f64, bool),
+        (s, normal, cleared): (f64, Option<Vector3<f64>>, bool),
         owned: f64,
         cell: usize,
     ) {
-        let (body, orientation, shared) = (&around.bodies[k], &around.orientation, owned < 1.0);
+        let (body, shared) = (&around.bodies[k], owned < 1.0);
         let normal =
-            || Normal::new(around.round, arm, s, around.normal(body.shape(), orientation, arm));
+            || Normal::new(around.round, arm, s, normal.unwrap_or_else(|| arm.normalize()));
         let (mut stencil, mut weight) = (Stencil::STILL, 1.0);
         if s > 0.0 && !cleared {
             (stencil, weight) = self.stencils.profile_across(around, image, &normal(), s);

@@ -158,15 +158,19 @@ impl<const D: usize> Surroundings<'_, D> {
         self.round.map_or_else(|| shape.distance(orientation, arm), |radius| arm.norm() - radius)
     }
 
-    /// The outward normal there.
+    /// That distance, and the outward normal there of a body that is not round.
     #[inline]
-    pub fn normal(
+    pub fn nearest(
         &self,
         shape: &dyn Shape,
         orientation: &Orientation,
         arm: &Vector3<f64>,
-    ) -> Vector3<f64> {
-        self.round.map_or_else(|| shape.normal(orientation, arm), |_| arm.normalize())
+    ) -> (f64, Option<Vector3<f64>>) {
+        if let Some(radius) = self.round {
+            return (arm.norm() - radius, None);
+        }
+        let (distance, normal) = shape.nearest(orientation, arm);
+        (distance, Some(normal))
     }
 
     /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow
@@ -255,7 +259,7 @@ impl<const D: usize> Surroundings<'_, D> {
             }
         }
         for near in self.near.iter().filter(|near| near.apart.dot(n) > near.grazes) {
-            let Some(width) = near.meets(self.bodies, foot, n) else { continue };
+            let Some(width) = near.meets(self.bodies, foot, n, self.reach) else { continue };
             if width < gap.width {
                 gap = Gap {
                     width,

@@ -161,19 +161,29 @@ impl Neighbour {
         (arm - self.apart).norm_squared() > (1.0 + 1e-12) * least * least
     }
 
-    /// How far (m) a ray from the point at `from` (m) along `n` goes to its wall, if it meets it.
+    /// How far (m) a ray from the point at `from` (m) along `n` goes to its wall, if it meets it;
+    /// of a body that is not round only within the `reach` (m).
     #[inline]
     pub(super) fn meets(
         &self,
         bodies: &[Body],
         from: &Vector3<f64>,
         n: &Vector3<f64>,
+        reach: f64,
     ) -> Option<f64> {
         let apart = self.apart - from;
-        self.round.map_or_else(
-            || bodies[self.body].shape().meets(&self.orientation, &apart, n),
-            |radius| geometry::round::meets(&apart, n, radius),
-        )
+        if let Some(radius) = self.round {
+            return geometry::round::meets(&apart, n, radius);
+        }
+        if self.is_beyond(from, reach) {
+            return None;
+        }
+        let shape = bodies[self.body].shape();
+        // It stays above a plane that the body lies below.
+        let above = shape.plane(&self.orientation, &-apart).is_some_and(|(height, normal)| {
+            height > 1e-9 * self.radius && height > -reach * normal.dot(n)
+        });
+        if above { None } else { shape.meets(&self.orientation, &apart, n) }
     }
 }
 

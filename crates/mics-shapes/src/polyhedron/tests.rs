@@ -176,3 +176,29 @@ fn nearest_point_of_polyhedron_is_that_of_its_triangles() {
         assert!(worst < 1e-9, "{worst:e}");
     }
 }
+
+/// The plane's height is the distance inside and no more than it outside; a box above it is empty.
+#[test]
+fn planes_of_polyhedron_are_no_further_than_its_surface_and_nothing_lies_above_them() {
+    for body in [stone(60), stone(300)].map(|mesh| Polyhedron::new(&mesh, 0.0).unwrap()) {
+        let mut empty = 0;
+        for k in 0..50_000 {
+            let point = 1.3 * Vector3::from_fn(|a, _| scatter(6 * k + a));
+            let (plane, exact) = (body.plane(&point).unwrap(), body.nearest(&point).distance);
+            let height = plane.distance;
+            assert!(height * exact >= 0.0 && height <= exact + 1e-12, "{height} {exact}");
+            assert!(exact > 0.0 || height == exact);
+            let over = body.extent(&plane.normal) - (plane.normal.dot(&point) - height);
+            assert!(over < 1e-12, "{over:e}");
+            let turn = Vector3::from_fn(|a, _| scatter(6 * k + 3 + a));
+            let turn = nalgebra::Rotation3::from_scaled_axis(turn);
+            let half = [0, 1, 2].map(|a| turn * Vector3::ith(a, 0.05));
+            if height > half.iter().map(|edge| plane.normal.dot(edge).abs()).sum() {
+                empty += 1;
+                assert_eq!(body.filled(&point, &half).0, 0.0);
+            }
+        }
+        assert!(empty > 10_000, "{empty}");
+    }
+    assert!(Polyhedron::new(&stone(60), 0.1).unwrap().plane(&Vector3::x()).is_none());
+}
