@@ -120,7 +120,7 @@ pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
 
 /// Whether these bodies have sharp surfaces.
 pub(super) fn walls_are_sharp(case: &Case, bodies: &[Body]) -> bool {
-    case.coupling.wall == config::WallRule::Sharp && !(bodies.is_empty() && !case.has_bodies())
+    case.coupling.wall == config::WallRule::Sharp && (case.has_bodies() || !bodies.is_empty())
 }
 
 /// What fills the cells: a property is a field where the bodies' differs and is mixed in.
