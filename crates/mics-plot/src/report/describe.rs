@@ -13,13 +13,12 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
     let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
     let h = case.spacings();
     let sides = case.sides().map(|(name, side)| format!("{name}: {}", side.describe()));
+    let lines = |of: Vec<(String, String)>| -> Vec<String> {
+        of.into_iter().map(|(label, words)| format!("{label}: {words}")).collect()
+    };
     let particles = match case.particle.len() {
         0 => vec!["none".into()],
-        _ => case
-            .describe_particles()
-            .into_iter()
-            .map(|(label, words)| format!("{label}: {words}"))
-            .collect(),
+        _ => lines(case.describe_particles()),
     };
     let wall = match case.coupling.wall {
         WallRule::Sharp => "sharp surfaces: faces are open as far as particles leave them",
@@ -38,6 +37,9 @@ pub fn scene(case: &Case) -> Vec<(&'static str, Vec<String>)> {
         ("Particles", particles),
         ("Coupling", vec![wall.into()]),
     ];
+    if !case.obstacle.is_empty() {
+        terms.push(("Obstacles", lines(case.describe_obstacles())));
+    }
     if let Some(drive) = &case.drive {
         terms.push(("Drive", vec![drive.describe()]));
     }
