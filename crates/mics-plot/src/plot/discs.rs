@@ -207,13 +207,23 @@ pub fn discs(
             }
         }
     }
-    for (k, obstacle) in case.obstacle.iter().enumerate() {
-        let pose = place(case.particle.len() + k);
-        let outline = walls::rings(case, &obstacle.wall, pose, (axes, height), size);
-        let radius = outline.iter().flatten().map(|at| at[0].hypot(at[1])).fold(0.0, f64::max);
-        discs.push(Disc { radius, outline, wall: true, ..Disc::default() });
-    }
+    discs.extend(obstacles(case, (axes, height), size, place));
     discs
+}
+
+/// What the plane cuts of the obstacles.
+fn obstacles(
+    case: &Case,
+    plane: ([usize; 2], f64),
+    size: [f64; 2],
+    place: &dyn Fn(usize) -> Option<Pose>,
+) -> impl Iterator<Item = Disc> {
+    case.obstacle.iter().enumerate().map(move |(k, obstacle)| {
+        let pose = place(case.particle.len() + k);
+        let outline = walls::rings(case, &obstacle.wall, pose, plane, size);
+        let radius = outline.iter().flatten().map(|at| at[0].hypot(at[1])).fold(0.0, f64::max);
+        Disc { radius, outline, wall: true, ..Disc::default() }
+    })
 }
 
 /// How far a place lies from the plane across an axis at a height (m), by the shortest way across a

@@ -48,28 +48,18 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let initial = initial(raw.initial, velocity);
     let raw::Fluid { density, viscosity, gravity } = raw.fluid;
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
-    let raw::Boundary { west, east, south, north, bottom, top } = raw.boundary;
-    let along_z = bottom.zip(top).map(|(bottom, top)| [bottom, top]);
     let smallest = smallest(&raw.particle);
     let (force, count) = (raw.coupling.force, raw.particle.len());
-    let obstacle: Vec<_> = raw
-        .obstacle
-        .into_iter()
-        .enumerate()
-        .map(|(k, o)| obstacle(k, o, &rest))
-        .collect::<Result<_, _>>()?;
+    let walls = raw.obstacle.into_iter().enumerate().map(|(k, o)| obstacle(k, o, &rest));
+    let obstacle = walls.collect::<Result<Vec<_>, _>>()?;
     let bodies = count + obstacle.len();
     let moves = resting < count || obstacle.iter().any(|o| o.motion != Motion::Fixed);
     let measures = raw.measure.into_iter().zip(directions);
     let case = Case {
         name: raw.name,
         preset: raw.preset,
-        boundary: [[west, east], [south, north]].into_iter().chain(along_z).collect(),
-        particle: raw
-            .particle
-            .into_iter()
-            .zip(entrances)
-            .enumerate()
+        boundary: sides(raw.boundary),
+        particle: (raw.particle.into_iter().zip(entrances).enumerate())
             .map(|(index, (p, at))| particle(index, p, at, &fluid, &rest))
             .collect::<Result<_, _>>()?,
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
@@ -99,6 +89,13 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     };
     check(&case)?;
     Ok(case)
+}
+
+/// The conditions at the low and the high face of each axis.
+fn sides(raw: raw::Boundary) -> Vec<[Side; 2]> {
+    let raw::Boundary { west, east, south, north, bottom, top } = raw;
+    let along_z = bottom.zip(top).map(|(bottom, top)| [bottom, top]);
+    [[west, east], [south, north]].into_iter().chain(along_z).collect()
 }
 
 /// The smallest diameter (m) of a particle; 0 without any.

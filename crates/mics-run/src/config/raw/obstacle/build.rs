@@ -70,15 +70,8 @@ fn room(case: &Case) -> Room {
     Room { size, periodic: [0, 1, 2].map(|a| a < case.dimension() && case.periodic(a)) }
 }
 
-/// The wall that an obstacle is.
-fn wall(
-    case: &Case,
-    typed: &Obstacle,
-    key: &str,
-    folder: &Path,
-    notes: &mut Vec<String>,
-) -> Result<Wall, Fault> {
-    let (dimension, room) = (case.dimension(), room(case));
+/// Which of its keys an obstacle has, whose places are checked.
+fn kind(typed: &Obstacle, key: &str, room: &Room, dimension: usize) -> Result<&'static str, Fault> {
     let Obstacle { polygon, surface, heights, position, centre, .. } = typed;
     let kinds = [
         ("polygon", polygon.is_some()),
@@ -99,10 +92,37 @@ fn wall(
     for (name, given) in [("position", position), ("centre", centre)] {
         given.as_ref().map_or(Ok(()), |at| vector(&format!("{key}.{name}"), at, dimension, "m"))?;
     }
+    for (axis, at) in centre.iter().flatten().enumerate() {
+        let (key, size) = (format!("{key}.centre.{axis}"), room.size[axis]);
+        ensure!(
+            (0.0..=size).contains(at),
+            key,
+            "must lie in the box, from 0 to {size:?} m, not at {at:?}"
+        );
+        ensure!(
+            !room.periodic[axis] || *at == 0.5 * size,
+            key,
+            "must be the middle of the box, {:?} m, along {}, which is periodic, not {at:?}",
+            0.5 * size,
+            AXES[axis]
+        );
+    }
+    Ok(kinds.iter().find(|(_, given)| *given).map_or("", |(name, _)| name))
+}
+
+/// The wall that an obstacle is.
+fn wall(
+    case: &Case,
+    typed: &Obstacle,
+    key: &str,
+    folder: &Path,
+    notes: &mut Vec<String>,
+) -> Result<Wall, Fault> {
+    let (dimension, room) = (case.dimension(), room(case));
+    let Obstacle { polygon, surface, heights, position, centre, .. } = typed;
+    let key = &format!("{key}.{}", kind(typed, key, &room, dimension)?);
     let shift =
         Vector3::from_fn(|a, _| position.as_ref().map_or(0.0, |at| at[a.min(dimension - 1)]));
-    let name = kinds.iter().find(|(_, given)| *given).map_or("", |(name, _)| name);
-    let key = &format!("{key}.{name}");
     let files = [
         polygon.as_ref().and_then(|p| p.file.as_ref()),
         surface.as_ref().and_then(|s| s.file.as_ref()),
@@ -129,24 +149,6 @@ fn wall(
         }
         _ => return Err(refuse("is missing")),
     };
-    for (axis, x) in AXES.iter().enumerate().take(dimension) {
-        let Some(at) = centre.as_ref().map(|centre| centre[axis]) else { continue };
-        let (key, size) = (
-            format!("{}.centre.{axis}", key.trim_end_matches(&format!(".{name}"))),
-            room.size[axis],
-        );
-        ensure!(
-            (0.0..=size).contains(&at),
-            key,
-            "must lie in the box, from 0 to {size:?} m, not at {at:?}"
-        );
-        ensure!(
-            !room.periodic[axis] || at == 0.5 * size,
-            key,
-            "must be the middle of the box, {:?} m, along {x}, which is periodic, not {at:?}",
-            0.5 * size
-        );
-    }
     let wall = Wall::new(form, &room, centre.clone()).map_err(|fault| {
         refuse(&format!(
             "{}; if its lengths are in mm, set scale = 0.001, else look at position and \

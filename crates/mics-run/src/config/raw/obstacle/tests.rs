@@ -140,8 +140,35 @@ fn what_is_wrong_with_an_obstacle_is_named() {
             2,
             polygon.clone() + "\nmotion = { prescribed = { velocity = [0.0, 1.0] } }",
             "obstacle.0.motion",
-            "within the box",
+            "stay in the box",
         ),
+    ];
+    refused(&cases);
+    let open = FACES.replace(", [3, 4, 7]", "");
+    let (_, message) =
+        refusal(&text(3, &obstacle(&format!("surface = {{ {CUBE}, {open} }}"))), &[]);
+    assert!(message.contains("the surface is open"), "{message}");
+}
+
+/// Dimension, keys, the key that is refused and a part of what is said.
+fn refused(cases: &[(usize, String, &str, &str)]) {
+    for (dimension, keys, key, part) in cases {
+        let (found, message) = refusal(&text(*dimension, &obstacle(keys)), &[]);
+        assert!(found == *key && message.contains(part), "{keys}: {found}: {message}");
+    }
+}
+
+#[test]
+fn measures_and_particles_beside_an_obstacle_are_checked() {
+    let square = "[[0.05, 0.05], [0.15, 0.05], [0.15, 0.15], [0.05, 0.15]]";
+    let polygon = format!("polygon = {{ points = {square} }}");
+    let disc = |d: f64| {
+        let at = "position = [0.16, 0.1]";
+        format!("\n[[particle]]\nshape = {{ disc = {{ diameter = {d} }} }}\n{at}")
+    };
+    let beside = text(2, &obstacle(&(polygon.clone() + &disc(0.02))));
+    assert!(loaded(&beside, &[]).is_ok());
+    let cases = [
         (
             2,
             polygon.clone()
@@ -157,36 +184,9 @@ fn what_is_wrong_with_an_obstacle_is_named() {
             "measure.0.obstacle",
             "pillar",
         ),
-        (
-            2,
-            polygon.clone()
-                + "\n[[particle]]\nshape = { disc = { diameter = 0.02 } }\n\
-            position = [0.16, 0.1]",
-            "",
-            "",
-        ),
-        (
-            2,
-            polygon
-                + "\n[[particle]]\nshape = { disc = { diameter = 0.03 } }\n\
-            position = [0.16, 0.1]",
-            "obstacle.0",
-            "particle 0 reaches 0.005",
-        ),
+        (2, polygon + &disc(0.03), "obstacle.0", "particle 0 reaches 0.005"),
     ];
-    for (dimension, keys, key, part) in cases {
-        let text = text(dimension, &obstacle(&keys));
-        if key.is_empty() {
-            assert!(loaded(&text, &[]).is_ok(), "{keys}");
-            continue;
-        }
-        let (found, message) = refusal(&text, &[]);
-        assert!(found == key && message.contains(part), "{keys}: {found}: {message}");
-    }
-    let open = FACES.replace(", [3, 4, 7]", "");
-    let (_, message) =
-        refusal(&text(3, &obstacle(&format!("surface = {{ {CUBE}, {open} }}"))), &[]);
-    assert!(message.contains("the surface is open"), "{message}");
+    refused(&cases);
 }
 
 #[test]
