@@ -116,7 +116,7 @@ fn inflow_beside_obstacle_passes_what_is_open_and_reattaches_where_erturk_has_it
         "--set",
         "measure.2={ name = \"flow\", kind = \"flow_rate\", axis = \"x\", from = 50.0 }",
     ];
-    let summary = run(&shipped("backward-step/case.toml"), &dir.path().join("run"), &more);
+    let summary = run(&shipped("cases/backward-step/case.toml"), &dir.path().join("run"), &more);
     let value = |name: &str| summary["measures"][name].as_f64().unwrap();
     let (place, flow) = ((value("reattachment") - 5.0) / 2.922 - 1.0, value("flow"));
     println!("reattachment {:+.2} %, flow {flow}", 100.0 * place);
