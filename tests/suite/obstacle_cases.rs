@@ -102,6 +102,8 @@ fn run_with_obstacles_stands_without_their_files_and_restarts_exactly() {
 #[test]
 fn inflow_beside_obstacle_passes_what_is_open_and_reattaches_where_erturk_has_it() {
     let dir = tempfile::tempdir().unwrap();
+    let measures = "measure=[{ name = \"flow\", kind = \"flow_rate\", axis = \"x\", from = 50.0 }, \
+        { name = \"reattachment\", kind = \"reattachment\" }]";
     let more = [
         "--set",
         "domain.size=[16.0, 2.0]",
@@ -110,11 +112,9 @@ fn inflow_beside_obstacle_passes_what_is_open_and_reattaches_where_erturk_has_it
         "--set",
         "time.end=60.0",
         "--set",
-        "measure.1.from=50.0",
-        "--set",
         "output.figures=false",
         "--set",
-        "measure.2={ name = \"flow\", kind = \"flow_rate\", axis = \"x\", from = 50.0 }",
+        measures,
     ];
     let summary = run(&shipped("cases/backward-step/case.toml"), &dir.path().join("run"), &more);
     let value = |name: &str| summary["measures"][name].as_f64().unwrap();

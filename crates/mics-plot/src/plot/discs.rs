@@ -157,18 +157,17 @@ pub fn discs(
     colours: Option<&Colours>,
 ) -> Vec<Disc> {
     let greys = Colours::greys(case);
-    let (axes, materials) = (section::axes(axis), materials(case));
-    let mut discs = Vec::new();
+    let (axes, materials, names) = (section::axes(axis), materials(case), unique_names(case));
+    let mut discs: Vec<Disc> =
+        obstacles(case, (section::axes(axis), height), size, place).collect();
     let mut surfaces: HashMap<*const (), Surface> = HashMap::new();
-    let names = unique_names(case);
     for (id, p) in case.particle.iter().enumerate() {
         // What moves and has no place has left the box or not come in.
         let rests = || p.motion == Motion::Fixed && p.enter.is_none();
         let Some(pose) = place(id).or_else(|| rests().then(|| Pose::at(start(p)))) else {
             continue;
         };
-        let at = pose.centre;
-        let off = off_plane(case, at, (axis, height));
+        let (at, off) = (pose.centre, off_plane(case, pose.centre, (axis, height)));
         let reach = 0.5 * p.shape.bounding_diameter();
         let square = reach * reach - off * off;
         if square <= 0.0 {
@@ -192,10 +191,11 @@ pub fn discs(
             let n = turned * -Vector3::ith(axes[1], 1.0);
             [n[axes[0]], n[axes[1]], -off * n[axis]]
         });
-        let name = names.get(&id).map(|name| (*name).to_owned());
-        let label = match (case.particle.len(), colours) {
-            (2.., None) => name.into_iter().chain([id.to_string()]).collect(),
-            _ => Vec::new(),
+        let label = if case.particle.len() > 1 && colours.is_none() {
+            let name = names.get(&id).map(|name| (*name).to_owned());
+            name.into_iter().chain([id.to_string()]).collect()
+        } else {
+            Vec::new()
         };
         let images = |axis: usize| if case.periodic(axis) { -1..=1 } else { 0..=0 };
         for (ka, kb) in images(axes[0]).flat_map(|ka| images(axes[1]).map(move |kb| (ka, kb))) {
@@ -207,7 +207,6 @@ pub fn discs(
             }
         }
     }
-    discs.extend(obstacles(case, (axes, height), size, place));
     discs
 }
 

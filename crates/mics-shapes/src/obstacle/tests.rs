@@ -141,3 +141,15 @@ fn ramp_in_duct_is_cut_at_sides() {
         assert!((found.distance - 0.2).abs() < 1e-12 && (found.normal - normal).norm() < 1e-9);
     }
 }
+
+#[test]
+fn solid_reaches_as_far_as_its_outline_beyond_its_walls() {
+    // A flat bed: its wall is a line, and all below it is solid.
+    let room = Room { size: Vector3::new(2.0, 1.0, 1.0), periodic: [true, false, false] };
+    let bed = [[0.0, -1.0], [2.0, -1.0], [2.0, 0.25], [0.0, 0.25]];
+    let bed = Obstacle::outlines(&[bed.to_vec()], &room).unwrap();
+    let [low, high] = bed.bounds();
+    assert_eq!((low.xy().into(), high.xy().into()), ([0.0, 0.0], [2.0, 0.25]));
+    assert!((bed.volume() - 0.5).abs() < 1e-9, "{}", bed.volume());
+    assert!((bed.extent(&-Vector3::y()) - 0.5).abs() < 1e-12);
+}

@@ -25,7 +25,7 @@ pub struct Walls {
     origins: Vec<u32>,
     /// The middle of the domain.
     pub middle: Vector3<f64>,
-    /// The ends of the walls within the domain.
+    /// The ends of the solid within the domain.
     pub low: Vector3<f64>,
     pub high: Vector3<f64>,
     /// The ends of all of them, with the images beyond periodic sides.
@@ -39,6 +39,7 @@ impl Walls {
     /// When none is a wall.
     pub fn of(dimension: usize, given: Vec<Triangle>, room: &Room) -> Result<Walls, Fault> {
         let half = 0.5 * Vector3::from_fn(|a, _| if a < dimension { room.size[a] } else { 0.0 });
+        let all = ends(given.iter()).map(|end| end - half);
         // With the number of the one that each is an image of.
         let mut solid: Vec<_> = given.iter().map(|t| t.map(|x| x - half)).zip(0u32..).collect();
         for a in (0..dimension).filter(|a| room.periodic[*a]) {
@@ -63,25 +64,27 @@ impl Walls {
         let (solid, origins): (Vec<_>, Vec<_>) = solid.into_iter().unzip();
         let is_wall = |(t, _): &(&Triangle, &u32)| is_wall(t, &half, dimension, room);
         let (walls, origins): (Vec<_>, Vec<_>) = solid.iter().zip(&origins).filter(is_wall).unzip();
-        let ends = |walls: &mut dyn Iterator<Item = &Triangle>| {
-            let none = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
-            walls.flatten().fold(none, |[low, high], x| [low.inf(x), high.sup(x)])
-        };
         // Of images beyond a periodic side nothing is within.
         let beyond = |t: &&Triangle| {
             (0..dimension)
                 .any(|a| [-1.0, 1.0].iter().any(|s| t.iter().all(|x| s * x[a] >= half[a])))
         };
-        let [low, high] = ends(&mut walls.iter().filter(|t| !beyond(t)));
-        let (low, high) = (low.sup(&-half), high.inf(&half));
+        let within = ends(walls.iter().filter(|t| !beyond(t)));
+        if walls.is_empty() || (0..dimension).any(|a| within[0][a] > within[1][a]) {
+            return Err(Fault("has no surface within the domain".to_owned()));
+        }
+        // What crosses a periodic side comes in at the other one.
+        let crosses = |a: usize| room.periodic[a] && (all[0][a] < -half[a] || all[1][a] > half[a]);
+        let end = |side: usize, sign: f64| {
+            let clamped = |a: usize| all[side][a].clamp(-half[a], half[a]);
+            Vector3::from_fn(|a, _| if crosses(a) { sign * half[a] } else { clamped(a) })
+        };
+        let (low, high) = (end(0, -1.0), end(1, 1.0));
         let wide = Vector3::from_fn(|a, _| {
             half[a] * if room.periodic[a] { 1.0 + 2.0 * BESIDE } else { 1.0 }
         });
-        let [far_low, far_high] = ends(&mut walls.iter());
+        let [far_low, far_high] = ends(walls.iter());
         let far = [far_low.sup(&-wide), far_high.inf(&wide)];
-        if walls.is_empty() || (0..dimension).any(|a| low[a] > high[a]) {
-            return Err(Fault("has no surface within the domain".to_owned()));
-        }
         Ok(Walls { solid, walls, origins, middle: Vector3::zeros(), low, high, far })
     }
 
@@ -116,6 +119,12 @@ impl Walls {
         let faces = self.walls.iter().zip(&self.origins).filter_map(face);
         Mesh::new(dimension, faces, room.size.amax())
     }
+}
+
+/// The ends of triangles along each axis (m).
+fn ends<'a>(triangles: impl Iterator<Item = &'a Triangle>) -> [Vector3<f64>; 2] {
+    let none = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
+    triangles.flatten().fold(none, |[low, high], x| [low.inf(x), high.sup(x)])
 }
 
 /// Whether a triangle lies on a side of the domain across an axis.
