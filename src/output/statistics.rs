@@ -28,7 +28,7 @@ use crate::config::{Axis, Case, Statistics as Plan};
 use crate::grid::{Grid, VectorField, simd};
 use crate::petsc::Session;
 use crate::scene::Scene;
-use crate::state::{Balance, Impulses};
+use crate::state::{Balance, Impulses, State};
 use crate::{Error, Result};
 use mics_run::file::replace;
 use mics_run::folder::{BALANCE, FIELDS, PROFILE};
@@ -57,16 +57,20 @@ pub struct Statistics<const D: usize> {
     /// The balance of momentum over the time that has been counted, and over what waits for the
     /// next sample; `None` where none is kept.
     balance: Option<[Window; 2]>,
+    /// What the obstacles are called.
+    obstacles: Vec<String>,
 }
 
 /// The balance of momentum over steps one after the other.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct Window {
     /// Momentum of everything in the box before the first and after the last of them (kg m/s);
     /// `None` of no steps.
     ends: Option<(Vector3<f64>, Vector3<f64>)>,
     /// What it was given over them.
     impulses: Impulses,
+    /// What each obstacle gave of it to the fluid (N s).
+    obstacles: Vec<Vector3<f64>>,
     /// What came and went with bodies between the steps (kg m/s).
     passages: Vector3<f64>,
 }
@@ -81,29 +85,35 @@ impl Window {
         self.ends = Some((self.ends.map_or(before, |ends| ends.0), after));
         self.impulses += next.impulses;
         self.passages += next.passages;
+        self.obstacles.resize(next.obstacles.len(), Vector3::zeros());
+        self.obstacles.iter_mut().zip(next.obstacles).for_each(|(sum, more)| *sum += more);
     }
 
-    /// That of a step.
-    fn of(step: &Balance) -> Window {
+    /// That of a step, after which the state is this.
+    fn of<const D: usize>(step: &Balance, state: &State<D>) -> Window {
+        let held = state.bodies.iter().zip(&state.exchange).filter(|(body, _)| body.is_obstacle());
         Window {
             ends: Some((step.before, step.momentum)),
             impulses: step.impulses,
+            obstacles: held.map(|(_, e)| -state.dt * e.held()).collect(),
             ..Window::default()
         }
     }
 
     /// `balance.csv`: a row an axis, mean forces (N) over the time `counted` (s).
-    fn table(&self, dimension: usize, counted: f64) -> Option<String> {
+    /// Parts of `held` by the obstacles of these names follow.
+    fn table(&self, dimension: usize, counted: f64, obstacles: &[String]) -> Option<String> {
         let (before, after) = self.ends?;
         let change = after - before;
         let missing = change - self.impulses.total() - self.passages;
+        let parts: String = obstacles.iter().map(|name| format!(",held_{name}")).collect();
         let mut text =
-            format!("axis,duration,change,{},passages,missing\n", Impulses::NAMES.join(","));
+            format!("axis,duration,change,{},passages,missing{parts}\n", Impulses::NAMES.join(","));
         for axis in 0..dimension {
             let _ = write!(text, "{},{counted:?}", ["x", "y", "z"][axis]);
             let terms =
                 [&[change][..], &self.impulses.vectors(), &[self.passages, missing]].concat();
-            for term in terms {
+            for term in terms.iter().chain(&self.obstacles) {
                 let _ = write!(text, ",{:?}", term[axis] / counted);
             }
             text.push('\n');
@@ -114,8 +124,9 @@ impl Window {
 
 impl Checkpointed for Window {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Window { ends, impulses, passages } = self;
+        let Window { ends, impulses, obstacles, passages } = self;
         ends.serialize(archive)?;
+        obstacles.serialize(archive)?;
         impulses.serialize(archive)?;
         passages.serialize(archive)
     }
@@ -167,6 +178,9 @@ impl<const D: usize> Statistics<D> {
             solid: if bodies { grid.field() } else { Vec::new() },
             solid_velocity: fields(if bodies { D } else { 0 }),
             balance: scene.state.balance.map(|_| Default::default()),
+            obstacles: (0..case.obstacle.len())
+                .map(|k| case.obstacle[k].name.clone().unwrap_or(k.to_string()))
+                .collect(),
         })
     }
 
@@ -179,7 +193,7 @@ impl<const D: usize> Statistics<D> {
         }
         self.waiting += s.dt;
         if let (Some([_, pending]), Some(step)) = (&mut self.balance, &s.balance) {
-            pending.append(Window::of(step));
+            pending.append(Window::of(step, s));
         }
         if !s.steps.is_multiple_of(self.plan.every) {
             return;
@@ -282,7 +296,8 @@ impl<const D: usize> Statistics<D> {
             file.put(grid, name, &slices(parts));
         }
         file.commit()?;
-        let table = self.balance.and_then(|[window, _]| window.table(D, self.counted));
+        let (counted, names) = (self.counted, &self.obstacles);
+        let table = self.balance.as_ref().and_then(|[window, _]| window.table(D, counted, names));
         let profile =
             self.plan.profile.map(|axis| self.profile(session, grid, axis)).transpose()?;
         let texts =

@@ -43,6 +43,8 @@ step = 0.001
 particles = { every = 1 }
 checkpoint = { every_steps = 12 }
 figures = false
+[statistics]
+from = 0.0
 [[measure]]
 name = "weight"
 kind = "force"
@@ -77,7 +79,7 @@ fn run_with_obstacles_stands_without_their_files_and_restarts_exactly() {
     assert!(summary["measures"]["weight"].is_number(), "{summary}");
     run(&case, &parts, &["--set", "time.end=0.012"]);
     run(&case, &parts, &["--resume"]);
-    for table in ["particles.csv", "obstacles.csv"] {
+    for table in ["particles.csv", "obstacles.csv", "balance.csv"] {
         let rows = |out: &Path| std::fs::read_to_string(out.join(table)).unwrap();
         assert_eq!(rows(&whole), rows(&parts), "{table}");
     }
@@ -86,6 +88,11 @@ fn run_with_obstacles_stands_without_their_files_and_restarts_exactly() {
     assert_eq!((rows["id"].len(), rows["id"][0], rows["id"][1]), (50, 0.0, 1.0));
     assert!((rows["y"][49] - 0.07 - 0.1 * 0.024).abs() < 1e-12);
     assert!(rows["contact_fy"][48] < -1.0, "{}", rows["contact_fy"][48]);
+    let balance = columns(&whole.join("balance.csv"));
+    for k in 0..2 {
+        let [all, bed, paddle] = ["held", "held_bed", "held_paddle"].map(|name| balance[name][k]);
+        assert!((all - bed - paddle).abs() < 1e-12 * (bed.abs() + paddle.abs()), "{all} {bed}");
+    }
     let bodies = columns(&whole.join("particles.csv"));
     assert!(bodies["id"].iter().all(|id| *id < 2.0));
     for name in ["bed.csv", "paddle.csv", "case.toml"] {
