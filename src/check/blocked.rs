@@ -40,7 +40,7 @@ pub fn refuse_shut<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<
         Err(loaded.error_at(
             if case.particle.is_empty() { "obstacle" } else { "particle" },
             format!(
-                "what is fixed shuts the channel {way}, as far as this grid shows gaps \
+                "the fixed bodies shut the channel {way}, as far as this grid shows gaps \
                 between them: what comes in cannot leave; open a way, or use more cells"
             ),
         ))

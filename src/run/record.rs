@@ -71,7 +71,8 @@ impl<const D: usize> Run<'_, D> {
         self.on_lead(|folder, scene, _| {
             let s = &scene.state;
             let shown = |body: &Body| {
-                body.motion != Motion::Fixed || fixed == FixedRows::Always || s.steps == 0
+                let rests = body.motion == Motion::Fixed && !body.is_obstacle();
+                !rests || fixed == FixedRows::Always || s.steps == 0
             };
             let rows = s.bodies.iter().zip(&s.exchange).filter(|(body, _)| shown(body));
             folder.write_bodies(s.steps, s.time, rows, rule)

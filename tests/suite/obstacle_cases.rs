@@ -1,6 +1,6 @@
 //! Obstacles as a user meets them: cases that name files, runs, figures, restarts.
 
-use crate::support::{box_case, columns, mics, run, shipped};
+use crate::support::{box_case, columns, mics, run, run_on_ranks, shipped};
 use std::path::{Path, PathBuf};
 
 /// A stone and a disc fall onto a bed with a pier; the box is periodic along it.
@@ -161,5 +161,23 @@ fn body_above_bed_feels_no_end_of_period() {
         let size = middle[0].hypot(middle[1]);
         println!("x = {x}: {here:?} beside {middle:?}");
         assert!(apart < 1e-5 * size, "{x}: {here:?} {middle:?}");
+    }
+}
+
+#[test]
+fn obstacles_on_several_ranks_are_those_of_one() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = written(dir.path());
+    let (one, three) = (dir.path().join("one"), dir.path().join("three"));
+    run(&case, &one, &[]);
+    run_on_ranks(3, &case, &three);
+    for table in ["particles.csv", "obstacles.csv"] {
+        let [alone, shared] = [&one, &three].map(|out| columns(&out.join(table)));
+        for name in ["x", "y", "vx", "vy", "wz", "fluid_fx", "fluid_fy", "contact_fy"] {
+            let largest = alone[name].iter().fold(0.0f64, |most, v| most.max(v.abs()));
+            let apart = alone[name].iter().zip(&shared[name]).map(|(a, b)| (a - b).abs());
+            let apart = apart.fold(0.0, f64::max);
+            assert!(apart <= 1e-5 * largest.max(1e-9), "{table} {name}: {apart:e} of {largest:e}");
+        }
     }
 }
