@@ -42,6 +42,7 @@ pub use block::{Block, images};
 pub use disc::Disc;
 pub use fraction::Overlap;
 pub use mics_shapes as shapes;
+pub use mics_shapes::Nearest;
 pub(crate) use planes::Planes;
 pub use solid::Solid;
 pub use sphere::Sphere;
@@ -112,6 +113,24 @@ pub trait Shape: Debug + Send + Sync {
         _arm: &Vector3<f64>,
     ) -> Option<(f64, Vector3<f64>)> {
         None
+    }
+
+    /// The feet of the perpendiculars from a point inside at `arm` (m) on faces between sharp edges,
+    /// up to `within` (m) away, as distances and normals; nothing of shapes without edges.
+    fn feet(
+        &self,
+        _orientation: &Orientation,
+        _arm: &Vector3<f64>,
+        _within: f64,
+        feet: &mut Vec<Nearest>,
+    ) {
+        feet.clear();
+    }
+
+    /// Whether cells and faces with their middle at `arm` (m) are its own: where it is one of
+    /// several obstacles that touch, each is that of one of them.
+    fn owns(&self, _orientation: &Orientation, _arm: &Vector3<f64>) -> bool {
+        true
     }
 
     /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their

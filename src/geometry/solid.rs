@@ -60,6 +60,21 @@ impl Shape for Solid {
         Some((distance, orientation * normal))
     }
 
+    fn feet(
+        &self,
+        orientation: &Orientation,
+        arm: &Vector3<f64>,
+        within: f64,
+        feet: &mut Vec<Nearest>,
+    ) {
+        self.0.feet(&orientation.inverse_transform_vector(arm), within, feet);
+        feet.iter_mut().for_each(|foot| foot.normal = orientation * foot.normal);
+    }
+
+    fn owns(&self, orientation: &Orientation, arm: &Vector3<f64>) -> bool {
+        self.0.owns(&orientation.inverse_transform_vector(arm))
+    }
+
     fn surface(&self, spacing: f64) -> Vec<SurfacePoint> {
         let point = |patch: mics_shapes::Patch| SurfacePoint {
             place: patch.place,

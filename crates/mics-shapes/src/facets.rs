@@ -221,6 +221,18 @@ impl Facets {
         (distance, normal, at)
     }
 
+    /// The feet of the perpendiculars from a point inside on faces up to `within` (m) away.
+    pub fn feet(&self, point: &Vector3<f64>, within: f64, feet: &mut Vec<Nearest>) {
+        feet.clear();
+        for face in &self.faces {
+            let distance = face.normal.dot(point) - face.offset;
+            let inside = |edge: &Edge| edge.out.dot(&(point - edge.from)) <= SAME * self.radius;
+            if distance < 0.0 && -distance <= within && self.edges_of(face).iter().all(inside) {
+                feet.push(Nearest { distance, normal: face.normal });
+            }
+        }
+    }
+
     /// The plane of a face that a point is furthest above of those listed: its height (m), which is
     /// the distance from the surface inside and no more than that outside, and the normal.
     pub fn plane(&self, point: &Vector3<f64>) -> Nearest {

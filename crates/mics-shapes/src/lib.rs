@@ -34,10 +34,8 @@ mod region;
 mod scaled;
 #[cfg(test)]
 mod scatter;
-mod section;
 mod simplex;
 mod smooth;
-mod solid;
 pub mod stl;
 mod superquadric;
 mod touch;
@@ -135,6 +133,18 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// edges `half` (m; own axes, the third zero in 2D), which are normal to each other, and the
     /// integral of the place over that (m4; m3).
     fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>);
+
+    /// The feet of the perpendiculars from a point inside on faces between sharp edges, up to
+    /// `within` (m) away, each face once; nothing of shapes without edges.
+    fn feet(&self, _point: &Vector3<f64>, _within: f64, feet: &mut Vec<Nearest>) {
+        feet.clear();
+    }
+
+    /// Whether cells and faces of the grid with their middle at a point are its own: where it is
+    /// one of several that touch, each is that of one of them.
+    fn owns(&self, _point: &Vector3<f64>) -> bool {
+        true
+    }
 
     /// How far a ray from a point of the surface, along the normal there, goes until it meets the
     /// body again (m); none where it does not, as of any convex one.

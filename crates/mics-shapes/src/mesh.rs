@@ -54,6 +54,11 @@ pub(crate) fn place(x: &Vector3<f64>) -> Place {
     Place::new(x.x, x.y, x.z)
 }
 
+/// The box about a face.
+pub(crate) fn bounds_of([a, b, c]: &[Vector3<f64>; 3]) -> Aabb {
+    Aabb::new(place(&a.inf(b).inf(c)), place(&a.sup(b).sup(c)))
+}
+
 impl Mesh {
     /// Of triangles (3D), or of segments whose third corner repeats the second (2D), with the
     /// numbers that contacts know them by, in a domain of this size (m).
@@ -77,10 +82,7 @@ impl Mesh {
                 origin: *origin,
             });
         let faces: Vec<Face> = faces.collect();
-        let boxes = given.iter().enumerate().map(|(k, (t, ..))| {
-            let (low, high) = (t[0].inf(&t[1]).inf(&t[2]), t[0].sup(&t[1]).sup(&t[2]));
-            (k, Aabb::new(place(&low), place(&high)))
-        });
+        let boxes = given.iter().map(|(t, ..)| bounds_of(t)).enumerate();
         let tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes);
         let sharp = vec![false; corners.len()];
         let mut mesh = Mesh { dimension, corners, sharp, faces, tree };

@@ -1,29 +1,30 @@
 //! Obstacles: walls of any shape that stand in the domain or cross its sides, concave too.
 //!
 //! ```text
-//!      ____________________     the solid is closed: a bed's outline goes on below the domain.
-//!     |          __        |    Of its surface only what lies within the domain is a wall: parts
-//!     |_______ ,'  `.______|    on a side of the domain, or beyond one, are none, so that no
-//!     :///////'//////`/////:    distance is measured to them. Across a periodic side the walls go
-//!     :////////////////////:    on with their images.
+//!     given surface    closed, moved into the periods                      [`walls`]
+//!       -> contacts    its walls as faces                                  [`crate::mesh`]
+//!       -> fluid       the union with all fixed obstacles that it touches  [`surface`], [`union`]
 //! ```
-//! Distances are from the nearest triangle, with the sign by the pseudo-normals of its corners and
-//! edges (Baerentzen and Aanaes 2005, doi 10.1109/TVCG.2005.49); fractions are exact
-//! ([`super::solid`], [`super::section`]). An outline (2D) is a wall of triangles along z.
+//! What an obstacle is in a periodic domain is its surface and all images of it. Fractions are exact
+//! ([`columns`]).
 
+mod columns;
+mod surface;
+mod union;
 mod walls;
 
-use super::mesh::{Mesh, place};
-use super::section::Section;
-use super::solid::BoxSection;
+use super::mesh::Mesh;
 use super::{Fault, Geometry, Nearest, Part, Patch, Pose, outline, patches};
 use crate::part::Core;
-use nalgebra::{Matrix3, Vector2, Vector3};
-use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::query::{PointQuery, PointQueryWithLocation, Ray, RayCast};
-use parry3d_f64::shape::{TriMesh, TriMeshFlags};
-use std::cell::RefCell;
-use walls::{ON_SIDE, Walls, segment};
+use columns::Columns;
+use nalgebra::{Matrix3, Vector3};
+use std::sync::Arc;
+use surface::Surface;
+use walls::Across;
+
+/// A face: a triangle, counterclockwise seen from outside; in 2D a segment with the solid on its
+/// left, whose third corner repeats the second (m).
+type Face = [Vector3<f64>; 3];
 
 /// The domain that an obstacle stands in: a box from the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,99 +40,137 @@ pub struct Room {
 #[derive(Clone)]
 pub struct Obstacle {
     dimension: usize,
-    surface: Walls,
-    /// All of its closed surface, and the walls among it.
-    whole: TriMesh,
-    mesh: TriMesh,
-    /// The walls as contacts see them.
-    faces: Mesh,
     room: Room,
+    /// Its own closed surface, in the axes of the domain.
+    given: Arc<[Face]>,
+    /// Its own walls, each with the number of the given face that it is, or is an image of.
+    walls: Arc<[(Face, u32)]>,
+    bounds: [Vector3<f64>; 2],
+    /// Where its own origin lies in the domain (m).
+    origin: Vector3<f64>,
     radius: f64,
+    /// Its walls as contacts see them, from its own origin.
+    faces: Mesh,
+    /// Its own surface.
+    own: Arc<Surface>,
+    /// What the fluid meets, its own surface or a union, and its number there.
+    surface: Arc<Surface>,
+    number: u32,
     thickness: f64,
-    /// Volume within the domain (m3; m2 in 2D) and its first moment about the own origin.
+    /// Volume within the domain (m3; m2 in 2D) and its first moment about the own origin, without
+    /// regard to others.
     filled: (f64, Vector3<f64>),
+    /// The part of that volume which belongs to it (m3; m2 in 2D).
+    share: f64,
+    /// How far beyond its bounds places may belong to it (m).
+    margin: f64,
 }
 
 impl std::fmt::Debug for Obstacle {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "Obstacle of {} walls in {} dimensions", self.surface.walls.len(), self.dimension)
+        write!(f, "Obstacle of {} walls in {} dimensions", self.walls.len(), self.dimension)
     }
 }
 
 impl PartialEq for Obstacle {
     fn eq(&self, other: &Obstacle) -> bool {
-        let of = |o: &Obstacle| (o.dimension, o.room, o.surface.middle);
-        of(self) == of(other) && self.surface.solid == other.surface.solid
+        let of = |o: &Obstacle| (o.dimension, o.room, o.origin);
+        of(self) == of(other) && self.given == other.given
     }
-}
-
-thread_local! {
-    static FLAT: RefCell<Section> = RefCell::default();
-    static BOX: RefCell<BoxSection> = RefCell::default();
-}
-
-fn mesh_of(triangles: &[[Vector3<f64>; 3]]) -> Result<TriMesh, Fault> {
-    let corners = triangles.iter().flatten().map(place).collect();
-    let numbers = (0..triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
-    // Corners that are one have the normals of all their triangles.
-    let flags = TriMeshFlags::MERGE_DUPLICATE_VERTICES | TriMeshFlags::ORIENTED;
-    TriMesh::with_flags(corners, numbers, flags)
-        .map_err(|e| Fault(format!("the surface cannot be used: {e}")))
 }
 
 impl Obstacle {
     /// From closed outlines (2D) in the axes of the domain (m): one way round what is solid, the
-    /// other way round holes.
+    /// other way round holes. Where outlines overlap or touch, it is their union.
     ///
     /// # Errors
-    /// When there is no outline, one has fewer than three corners or crosses itself, or none of it
-    /// is within the domain.
+    /// When there is no outline, one has fewer than three corners or crosses itself, none of it is
+    /// within the domain, or it is longer than a period.
     pub fn outlines(outlines: &[Vec<[f64; 2]>], room: &Room) -> Result<Obstacle, Fault> {
-        let deep = 10.0 * room.size.xy().amax();
-        let mut triangles = Vec::new();
+        let mut faces = Vec::new();
         // All the other way round where that makes more solid than holes.
         let whole: f64 = outlines.iter().map(|outline| outline::area(outline)).sum();
         for outline in outlines {
             outline::check(outline)?;
-            for k in 0..outline.len() {
-                let [p, q] = [k, (k + 1) % outline.len()].map(|k| outline[k]);
-                let [p, q] = if whole < 0.0 { [q, p] } else { [p, q] };
-                let [a, b] = [p, q].map(|[x, y]| Vector3::new(x, y, -deep));
-                let up = 2.0 * deep * Vector3::z();
-                triangles.extend([[a, b, b + up], [a, b + up, a + up]]);
+            let mut corners: Vec<_> =
+                outline.iter().map(|[x, y]| Vector3::new(*x, *y, 0.0)).collect();
+            if whole < 0.0 {
+                corners.reverse();
             }
+            let next = |k: usize| corners[(k + 1) % corners.len()];
+            faces.extend((0..corners.len()).map(|k| [corners[k], next(k), next(k)]));
         }
-        Obstacle::of(2, triangles, room)
+        if outlines.len() > 1 {
+            let all: Vec<_> = faces.iter().map(|face| (*face, 0)).collect();
+            faces = union::union(2, &all)?.into_iter().map(|(face, _)| face).collect();
+        }
+        Obstacle::of(2, faces, room)
     }
 
     /// From a closed surface (3D) in the axes of the domain (m), corners counterclockwise seen from
     /// outside.
     ///
     /// # Errors
-    /// When none of it is within the domain.
-    pub fn surface(triangles: &[[Vector3<f64>; 3]], room: &Room) -> Result<Obstacle, Fault> {
+    /// When none of it is within the domain, or it is longer than a period.
+    pub fn surface(triangles: &[Face], room: &Room) -> Result<Obstacle, Fault> {
         Obstacle::of(3, triangles.to_vec(), room)
     }
 
-    fn of(dimension: usize, given: Vec<[Vector3<f64>; 3]>, room: &Room) -> Result<Obstacle, Fault> {
-        Obstacle::made(Walls::of(dimension, given, room)?, dimension, room)
+    /// The same where it overlaps with itself: what it encloses counts once.
+    ///
+    /// # Errors
+    /// As [`Obstacle::surface`].
+    pub fn simplified(triangles: &[Face], room: &Room) -> Result<Obstacle, Fault> {
+        if !union::crosses_itself(triangles) {
+            return Obstacle::surface(triangles, room);
+        }
+        let all: Vec<_> = triangles.iter().map(|face| (*face, 0)).collect();
+        let faces = union::union(3, &all)?.into_iter().map(|(face, _)| face).collect();
+        Obstacle::of(3, faces, room)
     }
 
-    fn made(surface: Walls, dimension: usize, room: &Room) -> Result<Obstacle, Fault> {
+    fn of(dimension: usize, mut faces: Vec<Face>, room: &Room) -> Result<Obstacle, Fault> {
+        walls::bring_into_period(&mut faces, room)?;
+        let (surface, solid) = merged(dimension, &[&faces], room)?;
+        let numbered = faces.iter().copied().zip(0..).collect();
+        // Its own walls: of those that lie on each other across a period, the union's.
+        let walls: Vec<_> = match solid {
+            true => surface.walls().iter().map(|(face, _)| *face).zip(0..).collect(),
+            false => walls::of(numbered, dimension, room, &[false; 3]),
+        };
+        let bounds = walls::bounds(&walls, &walls::ends(faces.iter()), dimension, room)?;
+        let surface = Arc::new(surface);
         let mut obstacle = Obstacle {
             dimension,
-            whole: mesh_of(&surface.solid)?,
-            mesh: mesh_of(&surface.walls)?,
-            faces: surface.faces(dimension, room),
-            radius: surface.reach(),
-            surface,
             room: *room,
-            thickness: 0.0,
+            given: faces.into(),
+            bounds,
+            origin: Vector3::zeros(),
+            radius: 0.0,
+            faces: Mesh::new(dimension, std::iter::empty(), room.size.amax()),
+            walls: walls.into(),
+            thickness: surface.thickness(0),
+            own: surface.clone(),
+            surface,
+            number: 0,
             filled: (0.0, Vector3::zeros()),
+            share: 0.0,
+            margin: 0.0,
         };
-        obstacle.thickness = obstacle.find_thickness();
-        obstacle.filled = obstacle.within_domain();
+        let half = |a: usize| if a < dimension { 0.5 * room.size[a] } else { 0.0 };
+        obstacle.place(&Vector3::from_fn(|a, _| half(a)));
         Ok(obstacle)
+    }
+
+    /// Puts the own origin at a place of the domain (m).
+    fn place(&mut self, origin: &Vector3<f64>) {
+        self.origin = *origin;
+        self.radius = walls::reach(&self.walls, origin, self.dimension, &self.room);
+        let moved = self.walls.iter().map(|(face, number)| (face.map(|x| x - origin), *number));
+        self.faces = Mesh::new(self.dimension, moved, self.room.size.amax());
+        let (volume, first) = within(&self.own, self.dimension, &self.room);
+        self.filled = (volume, first - volume * origin);
+        self.share = volume;
     }
 
     /// The same with its own origin at another place of the domain (m); along periodic axes that
@@ -140,15 +179,68 @@ impl Obstacle {
     /// # Errors
     /// As [`Obstacle::surface`].
     pub fn about(&self, place: &Vector3<f64>) -> Result<Obstacle, Fault> {
-        let surface = self.surface.moved(&(self.centre() - place));
-        Obstacle::made(surface, self.dimension, &self.room)
+        let mut obstacle = self.clone();
+        obstacle.place(place);
+        Ok(obstacle)
+    }
+
+    /// Lets the fluid meet the union of those obstacles that overlap or touch, all at rest in one
+    /// domain, on a grid of this spacing (m).
+    ///
+    /// # Errors
+    /// When a surface is not closed.
+    pub fn unite(all: &mut [&mut Obstacle], spacing: f64) -> Result<(), Fault> {
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for k in 0..all.len() {
+            let touches = |group: &Vec<usize>| group.iter().any(|j| all[*j].may_touch(all[k]));
+            let (joined, mut others): (Vec<_>, Vec<_>) = groups.into_iter().partition(touches);
+            let mut group: Vec<usize> = joined.into_iter().flatten().collect();
+            group.push(k);
+            group.sort_unstable();
+            others.push(group);
+            groups = others;
+        }
+        for group in groups.iter().filter(|group| group.len() > 1) {
+            let (dimension, room) = (all[group[0]].dimension, all[group[0]].room);
+            let mut below = 0.0;
+            for number in 0..group.len() {
+                let given: Vec<_> =
+                    group[..=number].iter().map(|k| all[*k].given.clone()).collect();
+                let given: Vec<&[Face]> = given.iter().map(|faces| &**faces).collect();
+                let surface = Arc::new(merged(dimension, &given, &room)?.0);
+                let volume = within(&surface, dimension, &room).0;
+                // Of what several enclose the first has all.
+                all[group[number]].share = volume - below;
+                below = volume;
+                for k in &group[..=number] {
+                    all[*k].surface = surface.clone();
+                }
+            }
+            for (number, k) in (0..).zip(group) {
+                let obstacle = &mut *all[*k];
+                obstacle.number = number;
+                obstacle.thickness = obstacle.surface.thickness(number);
+                obstacle.margin = spacing;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether boxes about the two, or images of them, overlap or touch.
+    fn may_touch(&self, other: &Obstacle) -> bool {
+        let [one, two] = [self, other].map(|o| walls::ends(o.given.iter()));
+        (0..self.dimension).all(|a| {
+            let period = if self.room.periodic[a] { self.room.size[a] } else { 0.0 };
+            let near = walls::ON_SIDE * self.room.size[a];
+            [0.0, period, -period].iter().any(|way| {
+                one[0][a] + way <= two[1][a] + near && two[0][a] <= one[1][a] + way + near
+            })
+        })
     }
 
     /// Where its own origin lies in the domain (m).
     pub fn centre(&self) -> Vector3<f64> {
-        let half = 0.5 * self.room.size;
-        let middle = &self.surface.middle;
-        Vector3::from_fn(|a, _| if a < self.dimension { half[a] - middle[a] } else { 0.0 })
+        self.origin
     }
 
     /// Centre of the volume that it has in the domain (m).
@@ -159,38 +251,7 @@ impl Obstacle {
 
     /// The ends of its surface within the domain along each axis (m).
     pub fn bounds(&self) -> [Vector3<f64>; 2] {
-        [self.surface.low, self.surface.high].map(|end| end + self.centre())
-    }
-
-    /// Volume within the domain (m3, m2 in 2D) and its first moment about the own origin.
-    fn within_domain(&self) -> (f64, Vector3<f64>) {
-        let half = 0.5 * self.room.size;
-        let edges = [0, 1, 2].map(|a| {
-            let mut edge = Vector3::zeros();
-            if a < self.dimension {
-                edge[a] = half[a];
-            }
-            edge
-        });
-        self.filled(&self.surface.middle, &edges)
-    }
-
-    /// How far it is from the middles of its walls straight through the solid to another wall, at
-    /// least (m).
-    fn find_thickness(&self) -> f64 {
-        let size = self.room.size.amax();
-        let off = 1e-6 * size;
-        let through = |t: &[Vector3<f64>; 3]| {
-            let mut middle = (t[0] + t[1] + t[2]) / 3.0;
-            if self.dimension == 2 {
-                middle.z = 0.0;
-            }
-            let inwards = (t[2] - t[0]).cross(&(t[1] - t[0])).try_normalize(0.0)?;
-            let from = middle + off * inwards;
-            let ray = Ray::new(place(&from), place(&inwards));
-            self.whole.cast_local_ray(&ray, 2.0 * size, false).map(|way| way + off)
-        };
-        self.surface.walls.iter().filter_map(through).fold(f64::INFINITY, f64::min)
+        self.bounds
     }
 
     /// Its walls as contacts see them.
@@ -198,10 +259,17 @@ impl Obstacle {
         &self.faces
     }
 
+    /// Its walls, from its own origin: triangles with corners counterclockwise seen from outside;
+    /// in 2D segments with the solid on their left, the second corner twice (m).
+    pub fn walls(&self) -> impl Iterator<Item = [Vector3<f64>; 3]> {
+        self.walls.iter().map(|(face, _)| face.map(|x| x - self.origin))
+    }
+
     /// The gap between a part of a body in this pose, in the axes of the obstacle, and its walls
     /// (m), negative where they overlap, and the direction from the part to there.
     pub fn gap(&self, part: &Part, pose: &Pose) -> (Vector3<f64>, f64) {
-        let nearest = self.nearest(&(pose.place + pose.orientation * part.place));
+        let place = pose.place + pose.orientation * part.place;
+        let nearest = self.own.nearest(&(place + self.origin));
         let round = (-nearest.normal, nearest.distance - part.rounding);
         if part.core == Core::Point || nearest.distance <= 0.0 {
             return round;
@@ -209,36 +277,62 @@ impl Obstacle {
         self.faces.gap(part, pose, nearest.distance).unwrap_or(round)
     }
 
-    /// Its walls, corners counterclockwise seen from outside (m).
-    pub fn walls(&self) -> &[[Vector3<f64>; 3]] {
-        &self.surface.walls
+    /// Whether the fluid meets it and another one as one solid.
+    pub fn is_one_with(&self, other: &Obstacle) -> bool {
+        Arc::ptr_eq(&self.surface, &other.surface)
     }
 
-    /// The segment that one of its walls stands on in 2D, with the solid on its left; of two
-    /// triangles on one segment the first has it (m).
-    pub fn segment(&self, wall: &[Vector3<f64>; 3]) -> Option<[Vector3<f64>; 2]> {
-        segment(wall).map(|ends| ends.map(|end| end.push(0.0)))
+    /// Its number among those that are one solid with it.
+    pub fn number(&self) -> u32 {
+        self.number
     }
 
-    /// Whether a point is within the solid.
-    fn has(&self, point: &Vector3<f64>) -> bool {
-        self.mesh.project_local_point(place(point), false).is_inside
+    /// The number of that one of them which a point from its own origin (m) belongs to.
+    pub fn owner(&self, point: &Vector3<f64>) -> u32 {
+        self.surface.owner(&(point + self.origin))
     }
 
-    /// Calls `take` with the triangles of the solid that may pass a box with these ends (m).
-    fn near(
-        &self,
-        low: &Vector3<f64>,
-        high: &Vector3<f64>,
-        mut take: impl FnMut(&[Vector3<f64>; 3]),
-    ) {
-        let wider = Vector3::repeat(1e-9 * (high - low).amax());
-        let bounds = Aabb::new(place(&(low - wider)), place(&(high + wider)));
-        self.whole
-            .bvh()
-            .intersect_aabb(&bounds)
-            .for_each(|k| take(&self.surface.solid[k as usize]));
+    /// Whether there are others that are one solid with it.
+    pub fn is_joined(&self) -> bool {
+        self.margin > 0.0
     }
+}
+
+/// Volume of a surface within the domain (m3; m2 in 2D), and the integral of the place over that.
+fn within(surface: &Surface, dimension: usize, room: &Room) -> (f64, Vector3<f64>) {
+    let edges = [0, 1, 2].map(|a| {
+        let half = if a < dimension { 0.5 * room.size[a] } else { 0.0 };
+        half * Vector3::ith(a, 1.0)
+    });
+    let middle = edges.iter().sum::<Vector3<f64>>();
+    let (volume, first) = surface.filled(&middle, &edges);
+    (volume, first + volume * middle)
+}
+
+/// What the fluid meets of closed surfaces in their periods (m), and whether that is a union.
+fn merged(dimension: usize, given: &[&[Face]], room: &Room) -> Result<(Surface, bool), Fault> {
+    let axes = |a: usize| a < dimension && room.periodic[a];
+    let beyond = |a: usize| {
+        axes(a) && given.iter().any(|faces| walls::across(faces, a, room) == Across::Beyond)
+    };
+    let has_images = [0, 1, 2].map(beyond);
+    let mut all = Vec::new();
+    for (faces, number) in given.iter().zip(0..) {
+        let mut faces: Vec<(Face, u32)> = faces.iter().map(|face| (*face, number)).collect();
+        (0..3).filter(|a| has_images[*a]).for_each(|a| walls::add_images(&mut faces, a, room));
+        all.extend(faces);
+    }
+    let is_union = given.len() > 1 || has_images.contains(&true);
+    let members = |all: &[(Face, u32)]| {
+        let of = |one: &[(Face, u32)]| one.iter().map(|(face, _)| *face).collect();
+        let all = all.chunk_by(|one, other| one.1 == other.1);
+        all.map(|one| Columns::new(dimension, of(one))).collect()
+    };
+    let members = if given.len() > 1 { members(&all) } else { Vec::new() };
+    if is_union {
+        all = union::union(dimension, &all)?;
+    }
+    Ok((Surface::new(dimension, all, members, room, &has_images)?, is_union))
 }
 
 impl Geometry for Obstacle {
@@ -250,9 +344,9 @@ impl Geometry for Obstacle {
         self.radius
     }
 
-    /// Of what lies within the domain.
+    /// Of what lies within the domain and belongs to it.
     fn volume(&self) -> f64 {
-        self.filled.0
+        self.share
     }
 
     /// An obstacle does not respond to forces: as of a ball that holds it.
@@ -265,87 +359,64 @@ impl Geometry for Obstacle {
     }
 
     fn nearest(&self, point: &Vector3<f64>) -> Nearest {
-        let (found, (triangle, _)) =
-            self.mesh.project_local_point_and_get_location(place(point), false);
-        let foot = Vector3::new(found.point.x, found.point.y, found.point.z);
-        let (arm, sign) = (point - foot, if found.is_inside { -1.0 } else { 1.0 });
-        let distance = arm.norm();
-        let normal = if distance > 1e-12 * self.radius {
-            sign / distance * arm
-        } else {
-            let [a, b, c] = self.surface.walls[triangle as usize];
-            (b - a).cross(&(c - a)).normalize()
-        };
-        Nearest { distance: sign * distance, normal }
+        self.surface.nearest(&(point + self.origin))
+    }
+
+    fn feet(&self, point: &Vector3<f64>, within: f64, feet: &mut Vec<Nearest>) {
+        self.surface.feet(&(point + self.origin), within, feet);
+    }
+
+    fn owns(&self, point: &Vector3<f64>) -> bool {
+        self.owner(point) == self.number
     }
 
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let mut all = Vec::new();
-        let half = 0.5 * self.room.size;
-        let within = |x: &Vector3<f64>| {
-            (0..self.dimension)
-                .all(|a| (x[a] - self.surface.middle[a]).abs() <= half[a] * (1.0 + ON_SIDE))
-        };
-        for [a, b, c] in &self.surface.walls {
-            let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { continue };
+        let own = self.surface.walls().iter().filter(|(_, number)| *number == self.number);
+        for (face, _) in own {
+            let normal = surface::normal(self.dimension, face);
+            let [from, to, _] = face;
             if self.dimension == 3 {
-                patches::of_triangle(&[*a, *b, *c], &normal, spacing, &mut all);
-            } else if let Some([from, to]) = segment(&[*a, *b, *c]) {
+                patches::of_triangle(face, &normal, spacing, &mut all);
+            } else {
                 let way = to - from;
                 let n = (way.norm() / spacing).ceil().max(1.0);
                 all.extend((0..n as usize).map(|k| {
-                    let at = from + (k as f64 + 0.5) / n * way;
-                    Patch { place: at.push(0.0), normal, area: way.norm() / n }
+                    let place = from + (k as f64 + 0.5) / n * way;
+                    Patch { place, normal, area: way.norm() / n }
                 }));
             }
         }
-        all.retain(|patch| within(&patch.place));
+        let Room { size, periodic } = &self.room;
+        // The two sides of a period are one.
+        let within = |a: usize, x: f64| {
+            let on = walls::ON_SIDE * size[a];
+            -on <= x && if periodic[a] { x < size[a] - on } else { x <= size[a] + on }
+        };
+        all.retain(|patch| (0..self.dimension).all(|a| within(a, patch.place[a])));
+        all.iter_mut().for_each(|patch| patch.place -= self.origin);
         all
     }
 
     fn extent(&self, n: &Vector3<f64>) -> f64 {
-        n.zip_zip_map(&self.surface.low, &self.surface.high, |n, low, high| (n * low).max(n * high))
-            .sum()
+        let [low, high] = self.bounds.map(|end| end - self.origin);
+        let reach = n.zip_zip_map(&low, &high, |n, low, high| (n * low).max(n * high)).sum();
+        reach + self.margin
     }
 
     fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
-        let lengths = half.map(|edge| edge.norm());
-        let reach = half.iter().map(|edge| edge.abs()).sum::<Vector3<f64>>();
-        // Into the axes of the box and back.
-        let axes = [0, 1].map(|k| half[k] / lengths[k]);
-        let axes = [axes[0], axes[1], axes[0].cross(&axes[1])];
-        let turned = |x: &Vector3<f64>| Vector3::from_fn(|a, _| axes[a].dot(&(x - middle)));
-        let back = |x: &Vector3<f64>| middle + (0..3).map(|a| x[a] * axes[a]).sum::<Vector3<f64>>();
-        if self.dimension == 2 {
-            return FLAT.with_borrow_mut(|section| {
-                let half = Vector2::new(lengths[0], lengths[1]);
-                section.begin(&half);
-                self.near(&(middle - reach), &(middle + reach), |t| {
-                    if let Some(ends) = segment(t) {
-                        let [p, q] = ends.map(|x| turned(&x.push(middle.z)).xy());
-                        section.add(&p, &q);
-                    }
-                });
-                let (area, first) = section.end(|at| self.has(&back(&at.push(0.0)).xy().push(0.0)));
-                let first = back(&first.push(0.0)) - middle;
-                (area, area * middle + first)
-            });
+        if !self.owns(middle) {
+            return (0.0, Vector3::zeros());
         }
-        BOX.with_borrow_mut(|room| {
-            room.begin(&Vector3::from(lengths));
-            self.near(&(middle - reach), &(middle + reach), |t| {
-                room.add(&t.each_ref().map(turned))
-            });
-            let (volume, first) = room.end(|x| self.has(&back(x)));
-            (volume, volume * middle + back(&first) - middle)
-        })
+        let (volume, first) = self.surface.filled(&(middle + self.origin), half);
+        (volume, volume * middle + first)
     }
 
     fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
         // From a little above, so that it does not meet the wall that it stands on.
         let above = 1e-9 * self.radius;
-        let ray = Ray::new(place(&(foot + above * normal)), place(normal));
-        self.mesh.cast_local_ray(&ray, 2.0 * self.radius, false).map(|way| way + above)
+        let from = foot + self.origin + above * normal;
+        self.surface.meets(&from, normal, 2.0 * self.radius).map(|way| way + above)
     }
 
     fn obstacle(&self) -> Option<&Obstacle> {
@@ -357,11 +428,7 @@ impl Geometry for Obstacle {
     }
 
     fn triangles(&self, _spacing: f64) -> Vec<[Vector3<f64>; 3]> {
-        if self.dimension == 3 {
-            return self.surface.walls.clone();
-        }
-        let segments = self.surface.walls.iter().filter_map(segment);
-        segments.map(|[a, b]| [a, b, b].map(|x| x.push(0.0))).collect()
+        self.walls().collect()
     }
 }
 

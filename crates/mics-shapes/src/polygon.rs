@@ -277,6 +277,21 @@ impl Geometry for Polygon {
         Nearest { distance: distance - self.rounding, normal }
     }
 
+    fn feet(&self, point: &Vector3<f64>, within: f64, feet: &mut Vec<Nearest>) {
+        feet.clear();
+        for side in &self.sides {
+            let distance = side.normal.dot(&point.xy()) - side.offset - self.rounding;
+            let along = side.along.dot(&(point.xy() - side.from));
+            let slack = 1e-9 * side.length;
+            if distance < 0.0
+                && -distance <= within
+                && (-slack..=side.length + slack).contains(&along)
+            {
+                feet.push(Nearest { distance, normal: side.normal.push(0.0) });
+            }
+        }
+    }
+
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let mut all = Vec::new();
         let flat = |x: Vector2<f64>| Vector3::new(x.x, x.y, 0.0);

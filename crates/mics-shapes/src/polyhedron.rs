@@ -326,6 +326,12 @@ impl Geometry for Polyhedron {
         Nearest { distance: distance - self.rounding, normal }
     }
 
+    fn feet(&self, point: &Vector3<f64>, within: f64, feet: &mut Vec<Nearest>) {
+        let facets = self.core.as_ref().unwrap_or(&self.solid);
+        facets.feet(point, within - self.rounding, feet);
+        feet.iter_mut().for_each(|foot| foot.distance -= self.rounding);
+    }
+
     /// None of a rounded one, which boxes see otherwise than distances.
     fn plane(&self, point: &Vector3<f64>) -> Option<Nearest> {
         self.core.is_none().then(|| self.solid.plane(point))

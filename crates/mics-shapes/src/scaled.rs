@@ -73,6 +73,11 @@ impl Geometry for Scaled {
         Nearest { distance: self.factor * distance, normal }
     }
 
+    fn feet(&self, point: &Vector3<f64>, within: f64, feet: &mut Vec<Nearest>) {
+        self.base.feet(&(point / self.factor), within / self.factor, feet);
+        feet.iter_mut().for_each(|foot| foot.distance *= self.factor);
+    }
+
     fn clearance(&self, point: &Vector3<f64>) -> f64 {
         self.factor * self.base.clearance(&(point / self.factor))
     }

@@ -5,7 +5,7 @@ use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Surroundings, smooth_step};
 use super::ghost_width;
 use super::local::LocalBodies;
-use super::near::{NearBodies, walls_within};
+use super::near::{NearBodies, are_one, walls_within};
 use super::neighbour::{self, Neighbour};
 use super::profile::{self, Parabola};
 use super::shared::SharedCells;
@@ -32,6 +32,9 @@ pub struct CutBodies<const D: usize> {
     pub beta: FaceCoefficient<D>,
     /// Which are near each other.
     pub near: NearBodies,
+    /// Per body, the obstacles that are one solid with it, itself among them, and the ways from its
+    /// centre to theirs (m); none of what is alone.
+    pub(super) joined: Vec<Vec<(usize, Vector3<f64>)>>,
     /// Per body, how it lay before it moved.
     before: Vec<Before>,
     /// Those near the body that is rebuilt.
@@ -81,6 +84,7 @@ impl<const D: usize> CutBodies<D> {
                 // Most bodies have few; on several ranks that is what matters.
                 if ranks > 1 { 0 } else { 16 },
             ),
+            joined: joined(bodies),
             before: bodies.iter().map(Before::here).collect(),
             beside: Vec::with_capacity(16),
             shared: SharedCells::with_capacity(shared),
@@ -144,8 +148,13 @@ impl<const D: usize> CutBodies<D> {
                 continue;
             }
             self.beside.clear();
+            // Obstacles that are one solid are one neighbour.
+            let is_first = |(place, j): &(usize, &usize)| {
+                near[..*place].iter().all(|i| !are_one(&bodies[*i], &bodies[**j]))
+            };
+            let near = near.iter().enumerate().filter(is_first);
             self.beside.extend(
-                near.iter().flat_map(|&j| Neighbour::all(bodies, k, j, &self.periods, reach)),
+                near.flat_map(|(_, &j)| Neighbour::all(bodies, k, j, &self.periods, reach)),
             );
             self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
             self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
@@ -244,13 +253,15 @@ impl<const D: usize> CutBodies<D> {
         let (grid, fluid) = (&domain.grid, &domain.fluid);
         let creeping = domain.numerics.creeping_layer * fluid.viscosity / (fluid.density * self.h);
         for (k, cut) in self.bodies.each_mut() {
-            let CutBody { profiles, stencils, cubic, .. } = cut;
+            let CutBody { profiles, shares, stencils, cubic, .. } = cut;
             let flow = Flow { grid, u, bodies, k };
             for cubic in cubic.iter_mut().filter(|_| creeping > 0.0) {
                 let own = stencils.value(&profiles[cubic.profile as usize], &flow);
                 let all = stencils.value(&cubic.cubic, &flow);
                 let numbers = stencils.fastest(&cubic.cubic, &flow) / creeping;
-                cubic.added = (1.0 - smooth_step(numbers, 1.0, 3.0)) * (all - cubic.part * own);
+                let share = shares.get(cubic.profile as usize).copied().unwrap_or(1.0);
+                let share = share * (1.0 - smooth_step(numbers, 1.0, 3.0));
+                cubic.added = share * (all - cubic.part * own);
             }
         }
     }
@@ -331,6 +342,16 @@ impl<const D: usize> CutBodies<D> {
     }
 }
 
+/// Per body, the obstacles that are one solid with it.
+fn joined(bodies: &[Body]) -> Vec<Vec<(usize, Vector3<f64>)>> {
+    let others = |body: &Body| {
+        let own = bodies.iter().enumerate().filter(|(_, other)| are_one(body, other));
+        own.map(|(j, other)| (j, other.centre - body.centre)).collect()
+    };
+    let alone = |all: Vec<_>| if all.len() > 1 { all } else { Vec::new() };
+    bodies.iter().map(others).map(alone).collect()
+}
+
 /// Finds the targets of ghost cells by a velocity, ghosts filled.
 struct FindTargets<'a, const D: usize> {
     cuts: &'a mut LocalBodies<D>,
@@ -350,13 +371,14 @@ impl<const D: usize> WithSimd for FindTargets<'_, D> {
     fn with_simd<S: Simd>(self, simd: S) {
         let FindTargets { cuts, bodies, grid, u, limit, cleared } = self;
         for (k, cut) in cuts.each_mut() {
-            let CutBody { ghost_cells, profiles, targets, stencils, cubic, .. } = cut;
+            let CutBody { ghost_cells, profiles, shares, targets, stencils, cubic, .. } = cut;
             let sets = |ghost: &GhostCell| cleared || !ghost.cleared;
             for (ghost, target) in ghost_cells.iter().zip(targets.iter_mut()) {
                 let rigid = bodies[k].velocity_at(&ghost.arm);
                 *target = if sets(ghost) { rigid } else { Vector3::zeros() };
             }
             let flow = Flow { grid, u, bodies, k };
+            let mut shares = shares.iter();
             stencils.values(
                 simd,
                 profiles,
@@ -365,8 +387,9 @@ impl<const D: usize> WithSimd for FindTargets<'_, D> {
                 #[inline(always)]
                 |profile, value| {
                     let place = profile.place as usize;
+                    let share = shares.next().unwrap_or(&1.0);
                     if sets(&ghost_cells[place]) {
-                        targets[place] += value;
+                        targets[place] += *share * value;
                     }
                 },
             );

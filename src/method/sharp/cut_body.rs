@@ -9,8 +9,8 @@ use super::neighbour;
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Image, Normal, Reading, Stencil, Stencils};
 use crate::geometry::{
-    Block, Cut, Cuts, FaceCentroids, Orientation, Overlap, Placed, Planes, Shape, SurfacePoint,
-    Tiles, aperture, fraction, images,
+    Block, Cut, Cuts, FaceCentroids, Nearest, Orientation, Overlap, Placed, Planes, Shape,
+    SurfacePoint, Tiles, aperture, fraction, images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::numerics::Numerics;
@@ -20,6 +20,9 @@ use std::sync::Arc;
 
 /// Spacings beyond a body at which a rank has nothing of it.
 pub(super) const BEYOND: f64 = 2.0;
+
+/// Room for the faces that are about as near to a cell.
+const MOST_FEET: usize = 16;
 
 /// A body shares at most one of so many of its cells: they lie in the plane between two.
 const FEW: usize = 4;
@@ -85,6 +88,9 @@ pub struct GapFace {
 pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis.
     pub cuts: [Cuts<D>; D],
+    /// Of an obstacle that is one solid with others, the numbers among them to which the cells below
+    /// and above each of these faces belong, by axis.
+    pub owners: [Vec<[u32; 2]>; D],
     /// Whether another body or a surface is so near that there may be some in narrow gaps.
     pub has_neighbours: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
@@ -101,8 +107,12 @@ pub struct CutBody<const D: usize> {
     pub shared_own_cells: Vec<SharedCell>,
     /// Cells whose velocity it sets.
     pub ghost_cells: Vec<GhostCell>,
-    /// The profiles of those that are not deep inside.
+    /// The profiles of those that are not deep inside: one from each face that is about as near.
     pub profiles: Vec<Reading>,
+    /// The share of each in its ghost cell, of a body that is not round.
+    pub shares: Vec<f64>,
+    /// Scratch of the faces that are about as near to a ghost cell.
+    feet: Vec<Nearest>,
     /// The velocity that each is set to (m/s), as last found.
     pub targets: Vec<Vector3<f64>>,
     /// Velocity of each at the start of the step less the target at its end (m/s), where steps need
@@ -121,6 +131,14 @@ pub struct CutBody<const D: usize> {
     quadrature_points: Arc<[SurfacePoint]>,
     /// Stencils by which it reads the velocity beside its surface.
     pub stencils: Stencils<D>,
+}
+
+/// How far a cell's middle is at most from what a face beside it is covered by (m).
+fn beside_face<const D: usize>(grid: &Grid<D>) -> f64 {
+    let square = |axis: usize| {
+        (0..D).map(|a| grid.h[a] * if a == axis { 1.0 } else { 0.5 }).map(|x| x * x).sum::<f64>()
+    };
+    (0..D).map(square).fold(0.0, f64::max).sqrt()
 }
 
 impl<const D: usize> CutBody<D> {
@@ -158,20 +176,24 @@ impl<const D: usize> CutBody<D> {
             return CutBody { quadrature_points, ..CutBody::elsewhere(grid) };
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
+        let own = if shape.is_round() { 0.0 } else { 1.0 };
         let tight = shape.radius() + gap::unresolved(numerics) * h;
         let ghosts = fraction::most_middles(grid, tight);
         let points = quadrature_points.len();
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(cells(1.0))),
+            owners: std::array::from_fn(|_| Vec::new()),
             has_neighbours: false,
             gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             at_boundary: false,
             solid: Vec::with_capacity(cells(0.0)),
-            own_cells: Vec::with_capacity(cells(0.0)),
-            own_arms: Vec::with_capacity(cells(0.0)),
+            own_cells: Vec::with_capacity(cells(own)),
+            own_arms: Vec::with_capacity(cells(own)),
             shared_own_cells: Vec::with_capacity(cells(0.0) / FEW),
             ghost_cells: Vec::with_capacity(ghosts),
             profiles: Vec::with_capacity(ghosts),
+            shares: Vec::with_capacity(if shape.is_round() { 0 } else { ghosts }),
+            feet: Vec::with_capacity(MOST_FEET),
             targets: Vec::with_capacity(ghosts),
             offsets: Vec::with_capacity(ghosts),
             shared_ghost_cells: Vec::with_capacity(ghosts / FEW),
@@ -187,6 +209,7 @@ impl<const D: usize> CutBody<D> {
     pub fn elsewhere(grid: &Grid<D>) -> CutBody<D> {
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(0)),
+            owners: std::array::from_fn(|_| Vec::new()),
             has_neighbours: false,
             gaps: std::array::from_fn(|_| Vec::new()),
             at_boundary: false,
@@ -196,6 +219,8 @@ impl<const D: usize> CutBody<D> {
             shared_own_cells: Vec::new(),
             ghost_cells: Vec::new(),
             profiles: Vec::new(),
+            shares: Vec::new(),
+            feet: Vec::new(),
             targets: Vec::new(),
             offsets: Vec::new(),
             shared_ghost_cells: Vec::new(),
@@ -247,7 +272,8 @@ impl<const D: usize> CutBody<D> {
         let tight =
             if self.has_neighbours { gap::unresolved(around.numerics) * around.h } else { 0.0 };
         let bounds = shape.bounds(orientation).sup(&shape.bounds(&before.orientation));
-        let extent = bounds.add_scalar(before.way.norm().max(tight));
+        let beside = if around.round.is_some() { 0.0 } else { beside_face(grid) };
+        let extent = bounds.add_scalar(before.way.norm().max(tight).max(beside));
         let reached = extent.add_scalar(BEYOND * around.h);
         if images(grid, body.shape(), &body.centre)
             .all(|image| Block::owned(grid, &image, &reached).ends().is_none())
@@ -262,12 +288,13 @@ impl<const D: usize> CutBody<D> {
             self.quadrature_points = shape.surface(around.h).into();
         }
         // A face along an axis has a cell on either side.
-        let beside = bounds + Vector3::from_fn(|a, _| if a < D { 2.0 * grid.h[a] } else { 0.0 });
-        let walls = walls_within(grid, &body.centre, &beside);
+        let reached = bounds + Vector3::from_fn(|a, _| if a < D { 2.0 * grid.h[a] } else { 0.0 });
+        let walls = walls_within(grid, &body.centre, &reached);
         self.at_boundary = walls.as_flattened().contains(&true);
         for (axis, cuts) in self.cuts.iter_mut().enumerate() {
             aperture::cuts(grid, axis, &placed, tiles, cuts, &mut arms[axis]);
         }
+        self.find_owners(grid, shape, arms);
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
         self.clear();
         self.stencils.begin(grid, &body.centre);
@@ -276,6 +303,21 @@ impl<const D: usize> CutBody<D> {
             self.find_gaps(around, k, arms);
         }
         self.place_points(around, k);
+    }
+
+    /// Finds to which obstacles the cells beside its faces belong, by the arms to these (m), where it
+    /// is one solid with others.
+    fn find_owners(&mut self, grid: &Grid<D>, shape: &dyn Shape, arms: &[Vec<Vector3<f64>>; D]) {
+        let Some(obstacle) = shape.obstacle().filter(|obstacle| obstacle.is_joined()) else {
+            return;
+        };
+        for (axis, (owners, arms)) in self.owners.iter_mut().zip(arms).enumerate() {
+            let step = 0.5 * grid.h[axis] * Vector3::ith(axis, 1.0);
+            owners.clear();
+            owners.extend(
+                arms.iter().map(|arm| [arm - step, arm + step].map(|x| obstacle.owner(&x))),
+            );
+        }
     }
 
     /// Finds its own cells and its ghost cells within an extent (m), of which those in gaps
@@ -290,13 +332,15 @@ impl<const D: usize> CutBody<D> {
     ) {
         let (grid, body, orientation) = (around.grid, &around.bodies[k], &around.orientation);
         let (shape, mut touched_cells, round) = (body.shape(), 0, around.round);
+        let beside = if round.is_some() { 0.0 } else { beside_face(grid) };
         // No body has left a cell that is further off than a point of it went.
         let turned = (orientation.matrix() - before.orientation.matrix()).norm();
         let turned = if round.is_some() { 0.0 } else { turned };
         let way = before.way.norm() + (turned + 1e-9) * body.radius();
         for centre in images(grid, body.shape(), &body.centre) {
             let image = self.stencils.image(grid, centre);
-            let (mut planes, far, point) = (Planes::default(), tight.max(way), Vector3::zeros());
+            let far = tight.max(way).max(beside);
+            let (mut planes, point) = (Planes::default(), Vector3::zeros());
             for at in Block::owned(grid, &centre, extent) {
                 let arm = Vector3::from_fn(|a, _| {
                     if a < D { (at[a] as f64 + 0.5) * grid.h[a] - centre[a] } else { 0.0 }
@@ -318,12 +362,18 @@ impl<const D: usize> CutBody<D> {
                 let cleared = s > 0.0
                     && s <= way
                     && around.distance(shape, &before.orientation, &(arm + before.way)) <= 0.0;
-                if s > tight && !cleared && !touched {
+                if s > tight && s >= beside && !cleared && !touched {
+                    continue;
+                }
+                if !shape.owns(orientation, &arm) {
                     continue;
                 }
                 let owned = around.ownership(&arm, s);
-                if touched && owned > 0.0 {
-                    self.add_own_cell(self.solid[touched_cells - 1].arm, owned, cell);
+                // A cell beside a covered face counts from where it does not touch the body yet: as
+                // the surface passes a line of the grid, nothing jumps.
+                if (touched || s < beside) && owned > 0.0 {
+                    let arm = if touched { self.solid[touched_cells - 1].arm } else { arm };
+                    self.add_own_cell(arm, owned, cell);
                 }
                 if (s <= tight || cleared) && owned > 0.0 {
                     let s = (s, normal, cleared);
@@ -362,19 +412,26 @@ impl<const D: usize> CutBody<D> {
         let (body, shared) = (&around.bodies[k], owned < 1.0);
         let normal =
             || Normal::new(around.round, arm, s, normal.unwrap_or_else(|| arm.normalize()));
-        let (mut stencil, mut weight) = (Stencil::STILL, 1.0);
+        let mut weight = 1.0;
         if s > 0.0 && !cleared {
+            let stencil;
             (stencil, weight) = self.stencils.profile_across(around, image, &normal(), s);
             if weight == 0.0 && !shared {
                 return;
             }
+            self.add_profile(around, arm, stencil, 1.0);
         } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
-            let normal = normal();
-            stencil = self.stencils.profile(around, image, &normal, s);
-            if around.cubic {
-                let own = Reading { arm: *arm, stencil, place: self.ghost_cells.len() as u32 };
-                let own = (self.profiles.len(), &own);
-                self.cubic.extend(self.stencils.cubic(around, image, &normal, s, own));
+            self.find_feet(around, body.shape(), arm, s);
+            if self.feet.len() < 2 {
+                self.add_profile_inside(around, image, arm, s, &normal(), 1.0);
+                self.feet.clear();
+            }
+            let all: f64 = self.feet.iter().map(|foot| around.share_of(s, foot)).sum();
+            for i in 0..self.feet.len() {
+                let foot = self.feet[i];
+                let share = around.share_of(s, &foot) / all;
+                let normal = Normal::new(None, arm, foot.distance, foot.normal);
+                self.add_profile_inside(around, image, arm, foot.distance, &normal, share);
             }
         }
         if shared {
@@ -382,10 +439,59 @@ impl<const D: usize> CutBody<D> {
             self.shared_ghost_cells.push(next);
         }
         let (arm, cell, first) = (*arm, cell as u32, true);
-        if !stencil.is_still() {
-            self.profiles.push(Reading { arm, stencil, place: self.ghost_cells.len() as u32 });
-        }
         self.ghost_cells.push(GhostCell { arm, weight, cell, cleared, first });
+    }
+
+    /// Finds the faces of a body with sharp edges that are about as near to the cell inside at
+    /// `arm` (m) as the nearest, at the signed distance `s` (m).
+    fn find_feet(
+        &mut self,
+        around: &Surroundings<D>,
+        shape: &dyn Shape,
+        arm: &Vector3<f64>,
+        s: f64,
+    ) {
+        self.feet.clear();
+        if around.round.is_none() {
+            let within = around.numerics.blending_width * around.h - s;
+            shape.feet(&around.orientation, arm, within, &mut self.feet);
+        }
+    }
+
+    /// Adds the profile at the signed distance `s` (m) along a normal to the ghost cell that comes
+    /// next.
+    fn add_profile_inside(
+        &mut self,
+        around: &Surroundings<D>,
+        image: &Image,
+        arm: &Vector3<f64>,
+        s: f64,
+        normal: &Normal,
+        share: f64,
+    ) {
+        let stencil = self.stencils.profile(around, image, normal, s);
+        if around.cubic {
+            let own = Reading { arm: *arm, stencil, place: self.ghost_cells.len() as u32 };
+            let own = (self.profiles.len(), &own);
+            self.cubic.extend(self.stencils.cubic(around, image, normal, s, own));
+        }
+        self.add_profile(around, arm, stencil, share);
+    }
+
+    fn add_profile(
+        &mut self,
+        around: &Surroundings<D>,
+        arm: &Vector3<f64>,
+        stencil: Stencil,
+        share: f64,
+    ) {
+        if stencil.is_still() {
+            return;
+        }
+        self.profiles.push(Reading { arm: *arm, stencil, place: self.ghost_cells.len() as u32 });
+        if around.round.is_none() {
+            self.shares.push(share);
+        }
     }
 
     /// Finds the faces in gaps that the grid does not resolve, by the arms to their centres (m).
@@ -408,6 +514,7 @@ impl<const D: usize> CutBody<D> {
         self.shared_own_cells.clear();
         self.ghost_cells.clear();
         self.profiles.clear();
+        self.shares.clear();
         self.shared_ghost_cells.clear();
         self.cubic.clear();
         self.gaps.iter_mut().for_each(Vec::clear);

@@ -17,7 +17,7 @@
 
 use super::neighbour::Neighbour;
 use super::profile::Parabola;
-use crate::geometry::{Orientation, Shape};
+use crate::geometry::{Nearest, Orientation, Shape};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::Numerics;
 use crate::particles::Body;
@@ -215,6 +215,15 @@ impl<const D: usize> Surroundings<'_, D> {
             // The image in a plane of symmetry has none.
             apart > alike || (apart >= -alike && (near.mirror.is_some() || near.is_after(k)))
         })
+    }
+
+    /// The share, before all are brought to a sum of one, of a face's foot in a cell inside whose
+    /// nearest face is at the signed distance `s` (m): 1 of the nearest, 0 of one further by the
+    /// blending width. Along the middle between two faces it is the same for both, so that nothing
+    /// jumps as the body moves, and no symmetry is left to rounding.
+    pub fn share_of(&self, s: f64, foot: &Nearest) -> f64 {
+        let further = s - foot.distance;
+        smooth_step(1.0 - further / (self.numerics.blending_width * self.h), 0.0, 1.0)
     }
 
     /// The ownership weight of a body to the point at `arm` (m) from its centre, `own` (m) from its

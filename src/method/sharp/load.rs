@@ -59,6 +59,10 @@ impl<const D: usize> CutBodies<D> {
     /// face counts on the rank of the cell above it.
     pub fn pressure_force(&self, grid: &Grid<D>, k: usize, p: &[f64]) -> Vector3<f64> {
         let mut force = Vector3::zeros();
+        if !self.joined[k].is_empty() {
+            self.each_pressure_of_part(grid, k, p, |_, own| force += own);
+            return force;
+        }
         for axis in 0..D {
             let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
             // Sums that do not wait for each other.
@@ -74,6 +78,36 @@ impl<const D: usize> CutBodies<D> {
         force
     }
 
+    /// Calls `take` with the force of the pressure in the cells that belong to the obstacle `k` (N),
+    /// which is one solid with others, on each covered face beside them, and the lever of that from
+    /// its centre (m). What lies in the solid has the same on both sides.
+    fn each_pressure_of_part(
+        &self,
+        grid: &Grid<D>,
+        k: usize,
+        p: &[f64],
+        mut take: impl FnMut(&Vector3<f64>, &Vector3<f64>),
+    ) {
+        let number = self.joined[k].iter().position(|(j, _)| *j == k).unwrap_or(0) as u32;
+        for (j, way) in &self.joined[k] {
+            let cut_body = &self.bodies[*j];
+            for axis in 0..D {
+                let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+                let faces = cut_body.faces(axis).zip(&cut_body.owners[axis]);
+                for ((cut, centroids), owners) in faces.filter(|((cut, _), _)| cut.owned) {
+                    let face = cut.face as usize;
+                    let [below, above] = owners.map(|owner| f64::from(owner == number));
+                    let mut force = Vector3::zeros();
+                    force[axis] = area * (below * p[face - s] - above * p[face]);
+                    take(
+                        &(centroids.lever() / cut.solid_fraction + way),
+                        &(cut.solid_fraction * force),
+                    );
+                }
+            }
+        }
+    }
+
     /// Its torque about the centre, of a body that is not round.
     pub fn pressure_torque(
         &self,
@@ -84,6 +118,10 @@ impl<const D: usize> CutBodies<D> {
     ) -> Vector3<f64> {
         let mut torque = Vector3::zeros();
         if body.shape().is_round() {
+            return torque;
+        }
+        if !self.joined[k].is_empty() {
+            self.each_pressure_of_part(grid, k, p, |lever, own| torque += lever.cross(own));
             return torque;
         }
         for axis in 0..D {
@@ -231,6 +269,7 @@ impl<const D: usize> Sharp<D> {
             (motion.force_defect, motion.used) = (lost - motion.pressure - motion.shear.0, used);
             s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
         }
+        self.share_defect_of_joined();
         self.share_force_defect(domain, &s.bodies);
         let take_in = (numbers.courant / domain.numerics.defect_time
             + domain.numerics.defect_decay * numbers.diffusion)
@@ -246,6 +285,27 @@ impl<const D: usize> Sharp<D> {
         self.take_displacements(s)?;
         domain.clock.lap(Stage::Force);
         Ok(())
+    }
+
+    /// Shares what pressure and wall shear miss of obstacles that are one solid among them by the
+    /// areas of their walls: where one ends within the solid, the cells cannot tell.
+    fn share_defect_of_joined(&mut self) {
+        for (k, joined) in self.cut.joined.iter().enumerate() {
+            // Once for all of them, by the first.
+            if joined.first().is_none_or(|(first, _)| *first != k) {
+                continue;
+            }
+            let mut area = 0.0;
+            let mut whole = Vector3::zeros();
+            for motion in joined.iter().map(|(j, _)| &self.motions[*j]) {
+                area += motion.surface_moments.0;
+                whole += motion.force_defect;
+            }
+            for (j, _) in joined {
+                let motion = &mut self.motions[*j];
+                motion.force_defect = motion.surface_moments.0 / area * whole;
+            }
+        }
     }
 
     /// Takes from what pressure and wall shear miss the part that two bodies with a gap between

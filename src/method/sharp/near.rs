@@ -66,6 +66,9 @@ impl NearBodies {
         for &obstacle in obstacles.iter() {
             let (wall, orientation) = (&bodies[obstacle], bodies[obstacle].orientation());
             for (i, body) in bodies.iter().enumerate().filter(|(i, _)| *i != obstacle) {
+                if are_one(wall, body) {
+                    continue;
+                }
                 // Of two obstacles the first looks for the other.
                 let both = body.shape().is_obstacle();
                 let arm = body.centre - wall.centre;
@@ -80,6 +83,12 @@ impl NearBodies {
         // In the order of the bodies, so that sums do not depend on how they were found.
         near.iter_mut().for_each(|near| near.sort_unstable());
     }
+}
+
+/// Whether two bodies are obstacles that the fluid meets as one solid.
+pub fn are_one(one: &Body, other: &Body) -> bool {
+    let both = one.shape().obstacle().zip(other.shape().obstacle());
+    both.is_some_and(|(one, other)| one.is_one_with(other))
 }
 
 /// By axis and side, whether a side of the box is as near to a body that reaches so far along the

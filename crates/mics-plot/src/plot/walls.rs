@@ -33,7 +33,7 @@ pub fn rings(
     for t in geometry.walls() {
         let corners = t.map(|x| centre + turn * x);
         let ends = if case.dimension() == 2 {
-            geometry.segment(t).map(|ends| ends.map(|x| centre + turn * x))
+            Some([corners[0], corners[1]])
         } else {
             super::outline::cut(&corners, across, height)
         };

@@ -132,7 +132,7 @@ fn ramp_in_duct_is_cut_at_sides() {
     surface.push([at(a, 1.0), at(b, 1.0), at(c, 1.0)]);
     surface.push([at(a, 0.0), at(c, 0.0), at(b, 0.0)]);
     let obstacle = Obstacle::surface(&surface, &own).unwrap();
-    assert!(obstacle.walls().iter().flatten().all(|x| (x.y - 0.5 * x.x).abs() < 1e-12));
+    assert!(obstacle.walls().flatten().all(|x| (x.y - 0.5 * x.x).abs() < 1e-12));
     let (volume, _) = sums(&obstacle, [8, 4, 4]);
     assert!((volume - 1.0).abs() < 1e-8, "{volume}");
     let normal = Vector3::new(-1.0, 2.0, 0.0) / 5.0f64.sqrt();
@@ -152,4 +152,181 @@ fn solid_reaches_as_far_as_its_outline_beyond_its_walls() {
     assert_eq!((low.xy().into(), high.xy().into()), ([0.0, 0.0], [2.0, 0.25]));
     assert!((bed.volume() - 0.5).abs() < 1e-9, "{}", bed.volume());
     assert!((bed.extent(&-Vector3::y()) - 0.5).abs() < 1e-12);
+}
+
+/// The faces of a box with these ends.
+fn cuboid(low: [f64; 3], high: [f64; 3]) -> Vec<[Vector3<f64>; 3]> {
+    let at = |k: usize| Vector3::from_fn(|a, _| if k >> a & 1 == 0 { low[a] } else { high[a] });
+    let faces =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let split = |[a, b, c, d]: [usize; 4]| [[at(a), at(b), at(c)], [at(a), at(c), at(d)]];
+    faces.into_iter().flat_map(split).collect()
+}
+
+fn rectangle(low: [f64; 2], high: [f64; 2]) -> Vec<[f64; 2]> {
+    vec![low, [high[0], low[1]], high, [low[0], high[1]]]
+}
+
+/// What a box with these ends fills of one about the origin: volume and first moment.
+fn overlap(low: &[f64; 3], high: &[f64; 3], half: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    let ends = |a: usize| [low[a].max(-half[a]), high[a].min(half[a])];
+    let volume = (0..3).map(|a| (ends(a)[1] - ends(a)[0]).max(0.0)).product::<f64>();
+    (volume, volume * Vector3::from_fn(|a, _| 0.5 * (ends(a)[0] + ends(a)[1])))
+}
+
+#[test]
+fn box_in_cell_has_exact_volume_and_moments_flush_faces_among_them() {
+    let half = Vector3::new(0.5, 0.4, 0.3);
+    let edges = [0, 1, 2].map(|a| half[a] * Vector3::ith(a, 1.0));
+    for (low, high) in [
+        ([-0.2, -0.1, 0.0], [0.3, 0.2, 0.2]),
+        ([-9.0, -9.0, -9.0], [0.1, 0.2, 9.0]),
+        ([-9.0, -9.0, -9.0], [9.0, 9.0, 9.0]),
+        ([-0.1, -9.0, -9.0], [9.0, 0.1, 0.05]),
+        ([1.0, 1.0, 1.0], [2.0, 2.0, 2.0]),
+        ([-0.5, -0.4, -0.3], [0.5, 0.4, 0.3]),
+        ([-0.5, -0.4, -0.9], [0.0, 0.4, -0.3]),
+        ([-1.0, -0.8, -0.6], [1.0, 0.8, 0.0]),
+    ] {
+        let solid = columns::Columns::new(3, cuboid(low, high));
+        let (exact, exact_first) = overlap(&low, &high, &half);
+        for turn in [0.0, 0.3, 1.2] {
+            let turn = nalgebra::Rotation3::from_euler_angles(turn, 2.0 * turn, -turn);
+            let turned: Vec<_> = cuboid(low, high).iter().map(|t| t.map(|x| turn * x)).collect();
+            let turned = columns::Columns::new(3, turned);
+            let (volume, first) = turned.filled(&Vector3::zeros(), &edges.map(|edge| turn * edge));
+            assert!((volume - exact).abs() < 1e-13, "{volume} {exact}");
+            assert!((first - turn * exact_first).norm() < 1e-13, "{first}");
+        }
+        let inside = (0..3).all(|a| low[a] < 0.01 && high[a] > 0.01);
+        assert_eq!(solid.has(&Vector3::repeat(0.01)), inside);
+    }
+}
+
+/// Half of all corners of a lattice lie on each other's edges, faces and corners.
+#[test]
+fn polygons_on_lattice_fill_what_their_shifted_ones_do() {
+    let own = room([8.0, 8.0, 1.0], [false; 3]);
+    let drawn = |k: usize| 0.5 + 0.5 * crate::scatter::scatter(k);
+    for case in 0..200 {
+        // A star about the middle is simple.
+        let n = 3 + case % 7;
+        let corner = |k: usize, radius: f64| {
+            let angle = TAU * k as f64 / n as f64;
+            let [x, y] = [angle.cos(), angle.sin()].map(|x| (2.0 * radius * x).round() / 2.0);
+            [4.0 + x, 4.0 + y]
+        };
+        let outline: Vec<_> = (0..n).map(|k| corner(k, 1.5 + 1.5 * drawn(10 * case + k))).collect();
+        if outline::area(&outline) <= 0.5 || outline::check(&outline).is_err() {
+            continue;
+        }
+        let obstacle = Obstacle::outlines(std::slice::from_ref(&outline), &own).unwrap();
+        let (area, first) = sums(&obstacle, [8, 8, 1]);
+        assert!((area - outline::area(&outline)).abs() < 1e-12, "{case}: {area}");
+        for shift in [1e-15, -1e-15, 1e-9, -1e-9, 1e-3] {
+            let moved = |[x, y]: &[f64; 2]| [x + shift, y + 0.7 * shift];
+            let moved = outline.iter().map(moved).collect::<Vec<_>>();
+            let moved = Obstacle::outlines(&[moved], &own).unwrap();
+            let (near, near_first) = sums(&moved, [8, 8, 1]);
+            assert!((near - area).abs() < 1e-12 * area, "{case}: {near} {area}");
+            let off = near_first - first - area * shift * Vector3::new(1.0, 0.7, 0.0);
+            assert!(off.norm() < 1e-12 * area, "{case}: {off}");
+        }
+    }
+}
+
+#[test]
+fn raster_that_fits_the_grid_fills_its_cells() {
+    // Inputs/raster-force: a square of two triangles whose diagonal runs through all cell corners.
+    let own = room([1.2, 1.2, 1.0], [true, true, false]);
+    let obstacle = Obstacle::surface(&cuboid([0.0, 0.0, -1.0], [1.2, 1.2, 0.0413]), &own).unwrap();
+    let (volume, first) = sums(&obstacle, [12, 12, 10]);
+    assert!((volume - 1.44 * 0.0413).abs() < 1e-12, "{volume}");
+    let middle = first / volume + obstacle.centre();
+    assert!((middle - Vector3::new(0.6, 0.6, 0.02065)).norm() < 1e-12, "{middle}");
+}
+
+#[test]
+fn obstacle_in_a_period_is_its_outline_and_all_images() {
+    let own = room([1.0, 1.0, 1.0], [true, false, false]);
+    for from in [0.0, 0.7, 0.8, 0.9, 1.0, -0.2, 5.8, -3.0] {
+        let block = rectangle([from, 0.2], [from + 0.3, 0.4]);
+        let obstacle = Obstacle::outlines(&[block], &own).unwrap();
+        let (area, _) = sums(&obstacle, [10, 10, 1]);
+        assert!((area - 0.06).abs() < 1e-12, "{from}: {area}");
+        let length: f64 = obstacle.surface(0.03).iter().map(|patch| patch.area).sum();
+        assert!((length - 1.0).abs() < 0.011, "{from}: {length}");
+        let inside: f64 = from + 0.15;
+        let middle = inside - inside.floor() - 0.5;
+        let found = obstacle.nearest(&Vector3::new(middle, -0.2, 0.0));
+        assert!((found.distance + 0.1).abs() < 1e-12, "{from}: {found:?}");
+    }
+    // One that fills the period with other heights at its ends has a step there.
+    let steps = [[0.3, 0.0], [1.3, 0.0], [1.3, 0.2], [0.3, 0.4]];
+    let obstacle = Obstacle::outlines(&[steps.to_vec()], &own).unwrap();
+    assert!((sums(&obstacle, [10, 10, 1]).0 - 0.3).abs() < 1e-12);
+    let found = obstacle.nearest(&Vector3::new(0.29 - 0.5, 0.3 - 0.5, 0.0));
+    assert!((found.distance - 0.01).abs() < 1e-9, "{found:?}");
+    let found = obstacle.nearest(&Vector3::new(0.31 - 0.5, 0.1 - 0.5, 0.0));
+    assert!(found.distance < -0.09, "{found:?}");
+    let longer = rectangle([0.0, 0.2], [1.1, 0.4]);
+    let fault = Obstacle::outlines(&[longer], &own).unwrap_err().0;
+    assert!(fault.contains("1.1 m long along x, which is periodic"), "{fault}");
+}
+
+#[test]
+fn outlines_that_overlap_or_touch_are_their_union() {
+    let own = room([1.0, 1.0, 1.0], [false; 3]);
+    for (outlines, area, length) in [
+        // They share an edge, cross, lie on each other, touch in a corner.
+        ([rectangle([0.2, 0.2], [0.4, 0.4]), rectangle([0.4, 0.2], [0.6, 0.4])], 0.08, 1.2),
+        ([rectangle([0.2, 0.2], [0.4, 0.4]), rectangle([0.3, 0.3], [0.5, 0.5])], 0.07, 1.2),
+        ([rectangle([0.2, 0.2], [0.4, 0.4]), rectangle([0.2, 0.2], [0.4, 0.4])], 0.04, 0.8),
+        ([rectangle([0.2, 0.2], [0.4, 0.4]), rectangle([0.4, 0.4], [0.6, 0.6])], 0.08, 1.6),
+    ] {
+        let obstacle = Obstacle::outlines(&outlines, &own).unwrap();
+        let (found, _) = sums(&obstacle, [10, 10, 1]);
+        assert!((found - area).abs() < 1e-12, "{found} {area}");
+        let found: f64 = obstacle.surface(0.03).iter().map(|patch| patch.area).sum();
+        assert!((found - length).abs() < 1e-12, "{found} {length}");
+    }
+}
+
+/// A pier set into a bed: each place belongs to one of them, and together they are the union.
+#[test]
+fn pier_and_bed_are_one_solid_of_two_owners() {
+    let own = room([1.0, 1.0, 1.0], [true, true, false]);
+    for pier_from in [-0.5, 0.1, 0.3] {
+        let mut bed = Obstacle::surface(&cuboid([0.0, 0.0, -1.0], [1.0, 1.0, 0.3]), &own).unwrap();
+        let pier = cuboid([0.4, 0.4, pier_from], [0.6, 0.6, 0.8]);
+        let mut pier = Obstacle::surface(&pier, &own).unwrap();
+        Obstacle::unite(&mut [&mut bed, &mut pier], 0.1).unwrap();
+        assert!(bed.is_one_with(&pier));
+        let all = [&bed, &pier].map(|obstacle| sums(obstacle, [10, 10, 10]));
+        assert!((all[0].0 - 0.3).abs() < 1e-12 && (all[1].0 - 0.02).abs() < 1e-12, "{all:?}");
+        assert!((bed.volume() - 0.3).abs() < 1e-12 && (pier.volume() - 0.02).abs() < 1e-12);
+        let area = |o: &Obstacle| o.surface(0.05).iter().map(|patch| patch.area).sum::<f64>();
+        assert!((area(&bed) - 0.96).abs() < 1e-12, "{}", area(&bed));
+        assert!((area(&pier) - 0.44).abs() < 1e-12, "{}", area(&pier));
+        for (x, distance) in [([0.5, 0.5, 0.35], -0.1), ([0.5, 0.5, 0.2], -0.1f64.hypot(0.1))] {
+            for obstacle in [&bed, &pier] {
+                let found = obstacle.nearest(&(Vector3::from(x) - Vector3::repeat(0.5)));
+                assert!((found.distance - distance).abs() < 1e-12, "{found:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn feet_on_both_sides_of_a_corner_are_found_once_each() {
+    let own = room([1.0, 1.0, 1.0], [false; 3]);
+    let obstacle = Obstacle::surface(&cuboid([0.2, 0.2, 0.2], [0.6, 0.6, 0.6]), &own).unwrap();
+    let mut feet = Vec::new();
+    obstacle.feet(&Vector3::repeat(-0.2), 0.15, &mut feet);
+    assert_eq!(feet.len(), 3);
+    assert!(feet.iter().all(|foot| (foot.distance + 0.1).abs() < 1e-12), "{feet:?}");
+    obstacle.feet(&Vector3::new(-0.2, -0.1, 0.05), 0.15, &mut feet);
+    assert_eq!(feet.len(), 2, "{feet:?}");
+    obstacle.feet(&Vector3::repeat(0.4), 0.15, &mut feet);
+    assert!(feet.is_empty());
 }

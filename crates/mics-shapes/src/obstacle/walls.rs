@@ -1,10 +1,17 @@
-//! The surface of an obstacle within its domain, with the images across periodic sides, and what of
-//! it are walls.
+//! What of a closed surface are walls: its part within the domain, with the images across periodic
+//! sides.
+//!
+//! ```text
+//!      ____________________     the solid is closed: a bed's outline goes on below the domain.
+//!     |          __        |    Of its surface only what lies within the domain is a wall: parts
+//!     |_______ ,'  `.______|    on a side of the domain, or beyond one, are none, so that no
+//!     :///////'//////`/////:    distance is measured to them. Across a periodic side the walls go
+//!     :////////////////////:    on with their images.
+//! ```
 
-use super::Room;
+use super::{Face, Room};
 use crate::Fault;
-use crate::mesh::Mesh;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
 /// Distance from a side (of the domain's size) within which a part of the surface lies on it.
 pub const ON_SIDE: f64 = 1e-9;
@@ -12,137 +19,169 @@ pub const ON_SIDE: f64 = 1e-9;
 /// How far images across periodic sides are kept (of the period).
 const BESIDE: f64 = 0.25;
 
-type Triangle = [Vector3<f64>; 3];
-
-/// A surface, seen from the obstacle's own origin (m).
-#[derive(Clone)]
-pub struct Walls {
-    /// All of the closed surface, and its periodic images.
-    pub solid: Vec<Triangle>,
-    /// The walls among it.
-    pub walls: Vec<Triangle>,
-    /// The number of the given triangle that each of them is, or is an image of.
-    origins: Vec<u32>,
-    /// The middle of the domain.
-    pub middle: Vector3<f64>,
-    /// The ends of the solid within the domain.
-    pub low: Vector3<f64>,
-    pub high: Vector3<f64>,
-    /// The ends of all of them, with the images beyond periodic sides.
-    far: [Vector3<f64>; 2],
-}
-
-impl Walls {
-    /// Of triangles in the axes of the domain (m), seen from its middle.
-    ///
-    /// # Errors
-    /// When none is a wall.
-    pub fn of(dimension: usize, given: Vec<Triangle>, room: &Room) -> Result<Walls, Fault> {
-        let half = 0.5 * Vector3::from_fn(|a, _| if a < dimension { room.size[a] } else { 0.0 });
-        let all = ends(given.iter()).map(|end| end - half);
-        // With the number of the one that each is an image of.
-        let mut solid: Vec<_> = given.iter().map(|t| t.map(|x| x - half)).zip(0u32..).collect();
-        for a in (0..dimension).filter(|a| room.periodic[*a]) {
-            let reach = (0.5 + BESIDE) * room.size[a];
-            // There the solid goes on.
-            solid.retain(|(t, _)| !is_flush(t, &half, a, room));
-            let own = solid.clone();
-            for way in [-room.size[a], room.size[a]] {
-                let moved = own.iter().map(|(t, origin)| {
-                    let t = t.map(|mut x| {
-                        x[a] += way;
-                        x
-                    });
-                    (t, *origin)
-                });
-                let near = |(t, _): &(Triangle, u32)| {
-                    t.iter().any(|x| x[a] < reach) && t.iter().any(|x| x[a] > -reach)
-                };
-                solid.extend(moved.filter(near));
-            }
-        }
-        let (solid, origins): (Vec<_>, Vec<_>) = solid.into_iter().unzip();
-        let is_wall = |(t, _): &(&Triangle, &u32)| is_wall(t, &half, dimension, room);
-        let (walls, origins): (Vec<_>, Vec<_>) = solid.iter().zip(&origins).filter(is_wall).unzip();
-        // Of images beyond a periodic side nothing is within.
-        let beyond = |t: &&Triangle| {
-            (0..dimension)
-                .any(|a| [-1.0, 1.0].iter().any(|s| t.iter().all(|x| s * x[a] >= half[a])))
-        };
-        let within = ends(walls.iter().filter(|t| !beyond(t)));
-        if walls.is_empty() || (0..dimension).any(|a| within[0][a] > within[1][a]) {
-            return Err(Fault("has no surface within the domain".to_owned()));
-        }
-        // What crosses a periodic side comes in at the other one.
-        let crosses = |a: usize| room.periodic[a] && (all[0][a] < -half[a] || all[1][a] > half[a]);
-        let end = |side: usize, sign: f64| {
-            let clamped = |a: usize| all[side][a].clamp(-half[a], half[a]);
-            Vector3::from_fn(|a, _| if crosses(a) { sign * half[a] } else { clamped(a) })
-        };
-        let (low, high) = (end(0, -1.0), end(1, 1.0));
-        let wide = Vector3::from_fn(|a, _| {
-            half[a] * if room.periodic[a] { 1.0 + 2.0 * BESIDE } else { 1.0 }
-        });
-        let [far_low, far_high] = ends(walls.iter());
-        let far = [far_low.sup(&-wide), far_high.inf(&wide)];
-        Ok(Walls { solid, walls, origins, middle: Vector3::zeros(), low, high, far })
-    }
-
-    /// All of it moved by a vector (m).
-    pub fn moved(&self, by: &Vector3<f64>) -> Walls {
-        let moved = |all: &[Triangle]| all.iter().map(|t| t.map(|x| x + by)).collect();
-        Walls {
-            solid: moved(&self.solid),
-            walls: moved(&self.walls),
-            origins: self.origins.clone(),
-            middle: self.middle + by,
-            low: self.low + by,
-            high: self.high + by,
-            far: self.far.map(|end| end + by),
-        }
-    }
-
-    /// Radius of the ball about the own origin that holds all of them (m).
-    pub fn reach(&self) -> f64 {
-        self.far[0].abs().sup(&self.far[1].abs()).norm()
-    }
-
-    /// The walls as contacts see them: in 2D the segments that they stand on.
-    pub fn faces(&self, dimension: usize, room: &Room) -> Mesh {
-        let face = |(t, origin): (&Triangle, &u32)| {
-            if dimension == 3 {
-                return Some((*t, *origin));
-            }
-            let [a, b] = segment(t)?.map(|x| x.push(0.0));
-            Some(([a, b, b], *origin))
-        };
-        let faces = self.walls.iter().zip(&self.origins).filter_map(face);
-        Mesh::new(dimension, faces, room.size.amax())
-    }
-}
-
-/// The ends of triangles along each axis (m).
-fn ends<'a>(triangles: impl Iterator<Item = &'a Triangle>) -> [Vector3<f64>; 2] {
+/// The ends of faces along each axis (m).
+pub fn ends<'a>(faces: impl Iterator<Item = &'a Face>) -> [Vector3<f64>; 2] {
     let none = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
-    triangles.flatten().fold(none, |[low, high], x| [low.inf(x), high.sup(x)])
+    faces.flatten().fold(none, |[low, high], x| [low.inf(x), high.sup(x)])
 }
 
-/// Whether a triangle lies on a side of the domain across an axis.
-fn is_flush(t: &Triangle, half: &Vector3<f64>, axis: usize, room: &Room) -> bool {
-    let on = ON_SIDE * room.size[axis];
-    [-1.0, 1.0].into_iter().any(|side| t.iter().all(|x| (side * x[axis] - half[axis]).abs() <= on))
-}
-
-/// Whether a triangle is a wall: not on a side of the domain, nor beyond one.
-fn is_wall(t: &Triangle, half: &Vector3<f64>, dimension: usize, room: &Room) -> bool {
-    !(0..dimension).any(|a| {
-        let on = ON_SIDE * room.size[a];
-        let beyond = |side: f64| t.iter().all(|x| side * x[a] - half[a] >= -on);
-        is_flush(t, half, a, room) || (!room.periodic[a] && (beyond(-1.0) || beyond(1.0)))
+fn moved(face: &Face, axis: usize, way: f64) -> Face {
+    face.map(|mut x| {
+        x[axis] += way;
+        x
     })
 }
 
-/// The segment that a wall along z stands on, once for its two triangles (m).
-pub fn segment([a, b, _]: &Triangle) -> Option<[Vector2<f64>; 2]> {
-    (a.z == b.z).then(|| [a.xy(), b.xy()])
+/// Moves a closed surface (m) by whole periods so that its middle lies in the domain.
+///
+/// # Errors
+/// When it is longer than a period.
+pub fn bring_into_period(faces: &mut [Face], room: &Room) -> Result<(), Fault> {
+    let [low, high] = ends(faces.iter());
+    for a in (0..3).filter(|a| room.periodic[*a]) {
+        let (length, period) = (high[a] - low[a], room.size[a]);
+        if length > (1.0 + ON_SIDE) * period {
+            return Err(Fault(format!(
+                "is {length} m long along {}, which is periodic with {period} m: it goes on by \
+                 itself, so end it within one period",
+                ["x", "y", "z"][a]
+            )));
+        }
+        let periods = (0.5 * (low[a] + high[a]) / period).floor();
+        if periods != 0.0 {
+            faces.iter_mut().for_each(|face| *face = moved(face, a, -periods * period));
+        }
+    }
+    Ok(())
+}
+
+/// By periodic axis, how a surface, moved into its period, meets its own images there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Across {
+    /// It ends within the domain.
+    Apart,
+    /// It goes from one side of the domain to the other, with the same section at both.
+    Through,
+    /// It passes a side, or its sections at both differ.
+    Beyond,
+}
+
+/// How a surface (m) lies along a periodic axis.
+pub fn across(faces: &[Face], axis: usize, room: &Room) -> Across {
+    let [low, high] = ends(faces.iter());
+    let (period, on) = (room.size[axis], ON_SIDE * room.size[axis]);
+    if low[axis] > on && high[axis] < period - on {
+        return Across::Apart;
+    }
+    if low[axis] < -on || high[axis] > period + on {
+        return Across::Beyond;
+    }
+    // Area and first moment of what lies on each side, whose normals are opposite.
+    let on_side = |side: f64| {
+        let flush = faces.iter().filter(|face| face.iter().all(|x| (x[axis] - side).abs() <= on));
+        flush.fold(Vector3::zeros(), |sum: Vector3<f64>, [a, b, c]| {
+            let area = if b == c { (b - a).norm() } else { 0.5 * (b - a).cross(&(c - a)).norm() };
+            let middle = if b == c { 0.5 * (a + b) } else { (a + b + c) / 3.0 };
+            let mut moment = area / period * middle;
+            moment[axis] = area;
+            sum + moment
+        })
+    };
+    let [one, other] = [on_side(0.0), on_side(period)];
+    let alike = (one - other).amax() <= 1e-9 * one.amax().max(other.amax());
+    if alike { Across::Through } else { Across::Beyond }
+}
+
+/// Adds the images of faces along an axis, as many periods away as are given.
+pub fn add_images(faces: &mut Vec<(Face, u32)>, axis: usize, room: &Room) {
+    let own = faces.clone();
+    for way in [-room.size[axis], room.size[axis]] {
+        faces.extend(own.iter().map(|(face, number)| (moved(face, axis, way), *number)));
+    }
+}
+
+/// The walls among the faces of a closed surface (m), with a number each, and their images along
+/// those periodic axes along which the faces have none yet.
+pub fn of(
+    mut faces: Vec<(Face, u32)>,
+    dimension: usize,
+    room: &Room,
+    has_images: &[bool; 3],
+) -> Vec<(Face, u32)> {
+    for a in (0..dimension).filter(|a| room.periodic[*a]) {
+        if !has_images[a] {
+            // There the solid goes on.
+            faces.retain(|(face, _)| !is_flush(face, a, room));
+            add_images(&mut faces, a, room);
+        }
+        let [low, high] = [-BESIDE * room.size[a], (1.0 + BESIDE) * room.size[a]];
+        faces.retain(|(face, _)| {
+            face.iter().any(|x| x[a] < high) && face.iter().any(|x| x[a] > low)
+        });
+    }
+    faces.retain(|(face, _)| is_wall(face, dimension, room));
+    faces
+}
+
+/// Whether a face lies on a side of the domain across an axis.
+fn is_flush(face: &Face, axis: usize, room: &Room) -> bool {
+    let on = ON_SIDE * room.size[axis];
+    [0.0, room.size[axis]].iter().any(|side| face.iter().all(|x| (x[axis] - side).abs() <= on))
+}
+
+/// Whether a face is a wall: not on a side of the domain that is not periodic, nor beyond one.
+fn is_wall(face: &Face, dimension: usize, room: &Room) -> bool {
+    !(0..dimension).filter(|a| !room.periodic[*a]).any(|a| {
+        let (size, on) = (room.size[a], ON_SIDE * room.size[a]);
+        is_flush(face, a, room)
+            || face.iter().all(|x| x[a] <= on)
+            || face.iter().all(|x| x[a] >= size - on)
+    })
+}
+
+/// The ends of a surface within the domain along each axis (m): what passes a periodic side comes
+/// in at the other one.
+///
+/// # Errors
+/// When none of its walls is within.
+pub fn bounds(
+    walls: &[(Face, u32)],
+    solid: &[Vector3<f64>; 2],
+    dimension: usize,
+    room: &Room,
+) -> Result<[Vector3<f64>; 2], Fault> {
+    // Of images beyond a periodic side nothing is within.
+    let beyond = |face: &Face| {
+        (0..dimension)
+            .any(|a| face.iter().all(|x| x[a] >= room.size[a]) || face.iter().all(|x| x[a] <= 0.0))
+    };
+    let [low, high] = ends(walls.iter().map(|(face, _)| face).filter(|face| !beyond(face)));
+    if (0..dimension).any(|a| low[a] > high[a]) {
+        return Err(Fault("has no surface within the domain".to_owned()));
+    }
+    let crosses = |a: usize| room.periodic[a] && (solid[0][a] < 0.0 || solid[1][a] > room.size[a]);
+    let end = |side: usize| {
+        Vector3::from_fn(|a, _| match () {
+            _ if a >= dimension => 0.0,
+            _ if crosses(a) => [0.0, room.size[a]][side],
+            _ => solid[side][a].clamp(0.0, room.size[a]),
+        })
+    };
+    Ok([end(0), end(1)])
+}
+
+/// Radius of the ball about a place (m) that holds all walls, images beyond periodic sides as far
+/// as they are kept.
+pub fn reach(walls: &[(Face, u32)], place: &Vector3<f64>, dimension: usize, room: &Room) -> f64 {
+    let [low, high] = ends(walls.iter().map(|(face, _)| face));
+    let wide = |a: usize| if room.periodic[a] { BESIDE * room.size[a] } else { 0.0 };
+    let farthest = Vector3::from_fn(|a, _| {
+        if a >= dimension {
+            return 0.0;
+        }
+        let from = low[a].max(-wide(a));
+        let to = high[a].min(room.size[a] + wide(a));
+        (place[a] - from).abs().max((to - place[a]).abs())
+    });
+    farthest.norm()
 }

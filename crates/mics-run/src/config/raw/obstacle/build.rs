@@ -61,6 +61,10 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
         }
         case.obstacle[index].wall = Some(wall);
     }
+    let spacing = case.spacings().into_iter().fold(0.0, f64::max);
+    let at_rest = case.obstacle.iter_mut().filter(|o| o.motion == Moved::Fixed);
+    Wall::unite(at_rest.filter_map(|o| o.wall.as_mut()), spacing)
+        .map_err(|fault| Fault { key: "obstacle".to_owned(), message: fault.0 })?;
     Ok(notes)
 }
 

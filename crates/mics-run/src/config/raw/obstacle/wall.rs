@@ -43,7 +43,7 @@ impl Wall {
             Form::Outlines(outlines) => Solid::outlines(outlines, room)?,
             Form::Surface { points, triangles } => {
                 let corners = |t: &[usize; 3]| t.map(|k| Vector3::from(points[k]));
-                Solid::surface(&triangles.iter().map(corners).collect::<Vec<_>>(), room)?
+                Solid::simplified(&triangles.iter().map(corners).collect::<Vec<_>>(), room)?
             }
         };
         let middle = solid.centre();
@@ -58,6 +58,19 @@ impl Wall {
         let solid = if at == middle { solid } else { solid.about(&at)? };
         let centre = at.iter().take(dimension).copied().collect();
         Ok(Wall { form: Arc::new(form), geometry: Arc::new(solid), centre })
+    }
+
+    /// Lets the fluid meet those walls as one solid that overlap or touch, all at rest, on a grid
+    /// of this spacing (m).
+    ///
+    /// # Errors
+    /// When a surface is not closed, in words.
+    pub(super) fn unite<'a>(
+        walls: impl Iterator<Item = &'a mut Wall>,
+        spacing: f64,
+    ) -> Result<(), Fault> {
+        let mut all: Vec<_> = walls.map(|wall| Arc::make_mut(&mut wall.geometry)).collect();
+        Solid::unite(&mut all, spacing)
     }
 
     /// What it is, its own origin at its centre.
