@@ -167,6 +167,10 @@ fn wall(
     let moves = typed.motion != Moved::Fixed;
     let wall = Wall::new(form, &room, centre.clone(), moves)
         .map_err(|fault| refuse(&format!("{}: {cure}", fault.0)))?;
+    let within = |(x, size): (&f64, &f64)| (0.0..=*size).contains(x);
+    if !wall.centre().iter().zip(&room.size).all(within) {
+        return Err(refuse(&format!("has no volume within the domain: {cure}")));
+    }
     let [low, high] = wall.bounds();
     let cells = (high - low).amax() / case.spacings().into_iter().fold(0.0, f64::max);
     if cells < FEWEST_CELLS {

@@ -97,7 +97,7 @@ impl Raster {
                 format!(
                     "goes from {low:?} to {high:?} m along {x}, and the box from 0 to {size:?} m: \
                      set position, the place in the box of the origin of its numbers ({begin:?} \
-                     puts its corner into that of the box), or scale"
+                     puts its corner into that of the box), or scale = 0.001 for mm"
                 )
             })
         })
