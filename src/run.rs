@@ -21,7 +21,7 @@ use crate::output::measure::{self, Series};
 use crate::output::probe::Probes;
 use crate::output::progress::Progress;
 use crate::output::statistics::Statistics;
-use crate::output::{Folder, Log, may_use};
+use crate::output::{Folder, Log, may_use, refuse_held};
 use crate::petsc::{Session, Traffic};
 use crate::poisson::pressure::Projected;
 use crate::scene::{Scene, read_case};
@@ -94,6 +94,7 @@ fn go<const D: usize>(request: &Request, loaded: &Loaded, added: Extensions<D>) 
     let session = Session::start_by(&loaded.case.petsc.options, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
     let interrupt = Interrupt::listen()?;
+    session.agree(refuse_held(&out))?;
     let restart = if request.resume {
         Some(Restart::find(&session, &out, loaded)?)
     } else {

@@ -115,7 +115,7 @@ impl<const D: usize> Scene<D> {
     pub fn extended(session: &Session, case: &Case, mut added: Additions) -> Result<Scene<D>> {
         let own = || case.particle.iter().map(body).collect();
         let mut bodies: Vec<Body> = added.bodies.take().unwrap_or_else(own);
-        bodies.extend(case.obstacle.iter().map(|obstacle| build::obstacle(case, obstacle)));
+        bodies.extend((0..case.obstacle.len()).map(|number| build::obstacle(case, number)));
         bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
         refuse_shapes::<D>(case, &bodies)?;
         let (domain, solver_reason) = build_domain(session, case, &bodies, &added)?;

@@ -115,8 +115,8 @@ pub struct Contacts {
     materials: Vec<usize>,
     /// Convex parts in all.
     parts: usize,
-    /// Their numbers in the case.
-    ids: Vec<usize>,
+    /// What messages call them.
+    names: Vec<String>,
     walls: Vec<Wall>,
     laws: Laws,
     size: [f64; 3],
@@ -182,7 +182,7 @@ impl Contacts {
         let parts = bodies.iter().map(|body| body.parts().len().max(1)).sum::<usize>();
         Contacts {
             parts,
-            ids: bodies.iter().map(|body| body.id).collect(),
+            names: bodies.iter().map(Body::called).collect(),
             materials,
             walls,
             laws,

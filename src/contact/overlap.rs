@@ -40,14 +40,14 @@ impl Contacts {
         if let Some((k, axis, velocity)) = self.driven_on(pair, bodies, kinematics) {
             return Error::Run(format!(
                 "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {:.2} is the limit: \
-                particle {} goes on along {} at {velocity:.3e} m/s, \
+                {} goes on along {} at {velocity:.3e} m/s, \
                  which is locked, so that nothing stops it; unlock that axis, give it no velocity \
                  along it, or end the run before",
                 self.name(pair),
                 kinematics.overlap,
                 kinematics.overlap / radius,
                 limit / radius,
-                self.ids[k],
+                self.names[k],
                 ["x", "y", "z"][axis],
             ));
         }

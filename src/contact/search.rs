@@ -114,37 +114,34 @@ impl Contacts {
     }
 
     pub(super) fn name(&self, pair: &Pair) -> String {
-        match pair.second.checked_sub(self.materials.len()) {
-            None if self.obstacles.contains(&pair.second) => {
-                format!("particle {} and obstacle {}", self.ids[pair.first], self.ids[pair.second])
-            }
-            None => format!("particles {} and {}", self.ids[pair.first], self.ids[pair.second]),
-            Some(w) => format!("particle {} and {}", self.ids[pair.first], self.walls[w].name()),
-        }
+        let second = match pair.second.checked_sub(self.materials.len()) {
+            None => &self.names[pair.second],
+            Some(w) => &self.walls[w].name(),
+        };
+        format!("{} and {second}", self.names[pair.first])
     }
 
     /// Refuses bodies of which the state is not finite, or that are outside the box or beyond a
     /// wall.
     pub(super) fn refuse_strays(&self, bodies: &[Body]) -> Result<()> {
         for body in bodies {
-            let i = body.id;
             if !body.is_finite() {
-                return Err(Error::NotFinite(NotFinite::Particle(i)));
+                return Err(Error::NotFinite(NotFinite::Particle(body.id)));
             }
             if let Some(wall) = self.walls.iter().find(|wall| wall.distance(&body.centre) < 0.0) {
                 return Err(Error::Run(format!(
-                    "the centre of particle {i} is beyond {}: shorten the step or make the contact \
-                    stiffer",
+                    "the centre of {} is beyond {}: shorten the step or make the contact stiffer",
+                    body.called(),
                     wall.name()
                 )));
             }
             for a in (0..body.shape().dimension()).filter(|&a| self.periods[a].is_none()) {
                 if !(0.0..=self.size[a]).contains(&body.centre[a]) {
                     return Err(Error::Run(format!(
-                        "the centre of particle {i} has left the box: it is at {} = {:.6} m, and \
-                        no wall ends the box \
-                         there; make that boundary a wall or the axis periodic, or end the run \
-                         before",
+                        "the centre of {} has left the box: it is at {} = {:.6} m, and no wall \
+                        ends the box there; make that boundary a wall or the axis periodic, or end \
+                        the run before",
+                        body.called(),
                         ["x", "y", "z"][a],
                         body.centre[a]
                     )));

@@ -336,8 +336,14 @@ fn contact_errors_name_the_particle() {
     let disc =
         |x: f64, y: f64, v: f64| body(Shape::Disc, 0.01, vector![x, y, 0.0], vector![v, 0.0, 0.0]);
     let (auto, still) = (Substeps::Auto, Accelerations::default());
-    says(disc(0.134, 0.15, 0.0), auto, 1e-3, still, &["particles 0 and 1", "0.40", "stiffer"]);
-    says(disc(0.15, 0.15, 0.0), auto, 1e-3, still, &["particles 0 and 1", "2.00"]);
+    says(
+        disc(0.134, 0.15, 0.0),
+        auto,
+        1e-3,
+        still,
+        &["particle 0 and particle 1", "0.40", "stiffer"],
+    );
+    says(disc(0.15, 0.15, 0.0), auto, 1e-3, still, &["particle 0 and particle 1", "2.00"]);
     says(disc(0.1, 0.003, 0.0), auto, 1e-3, still, &["particle 1 and the wall at y = 0 m", "0.70"]);
     says(disc(0.1, -0.003, 0.0), auto, 1e-3, still, &["particle 1 is beyond the wall at y = 0 m"]);
     says(disc(0.1, 0.1, -30.0), auto, 1e-2, still, &["particle 1 has left the box", "x = -0.2"]);
@@ -346,9 +352,15 @@ fn contact_errors_name_the_particle() {
         Substeps::Fixed(2),
         1e-2,
         still,
-        &["particles 0 and 1", "contact.substeps"],
+        &["particle 0 and particle 1", "contact.substeps"],
     );
-    says(disc(0.129, 0.15, 5.0), auto, 1e6, still, &["particles 0 and 1", "lower the stiffness"]);
+    says(
+        disc(0.129, 0.15, 5.0),
+        auto,
+        1e6,
+        still,
+        &["particle 0 and particle 1", "lower the stiffness"],
+    );
     says(disc(f64::NAN, 0.1, 0.0), auto, 1e-2, still, &["particle 1", "not a finite number"]);
     says(
         disc(0.1, 0.1, 0.0),

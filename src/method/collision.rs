@@ -19,7 +19,7 @@ pub(crate) fn refuse_collisions<const D: usize>(
     let (grid, periods) = (&domain.grid, domain.periods());
     let lawless = |b: &Body| !has_law || b.freedom().is_none();
     for (index, body) in bodies.iter().enumerate().filter(|(_, b)| b.moves() && lawless(b)) {
-        let mover = body.id;
+        let mover = body.called();
         let cure = match body.freedom() {
             Some(_) => "give the case a [contact] table, or end the run before",
             None => "it moves as prescribed: end the run before, or change its motion",
@@ -32,24 +32,20 @@ pub(crate) fn refuse_collisions<const D: usize>(
             let inside = bounds[a] * (1.0 - 1e-9)..=grid.size[a] - bounds[a] * (1.0 - 1e-9);
             if !inside.contains(&body.centre[a]) {
                 return Err(Error::Run(format!(
-                    "particle {mover} has reached the boundary of the box along {axis} (its centre \
+                    "{mover} has reached the boundary of the box along {axis} (its centre \
                     is at {:.6} m); {cure}",
                     body.centre[a]
                 )));
             }
         }
         let others = bodies.iter().enumerate().filter(|(k, b)| *k != index && lawless(b));
-        for (k, other) in others.filter(|(_, b)| !(obstacle(b) && obstacle(body))) {
-            let k = bodies[k].id;
+        for (_, other) in others.filter(|(_, b)| !(obstacle(b) && obstacle(body))) {
             let apart = nearest_image(&body.centre, &other.centre, &periods);
             let touching = (body.radius() + other.radius()) * (1.0 - 1e-9);
             if apart.norm_squared() < touching * touching && overlap(body, other, &apart) {
-                let what = |b: &Body| if obstacle(b) { "obstacle" } else { "particle" };
                 return Err(Error::Run(format!(
-                    "{} {mover} has run into {} {k} (their centres are {:.6} m apart); \
-                    {cure}",
-                    what(body),
-                    what(other),
+                    "{mover} has run into {} (their centres are {:.6} m apart); {cure}",
+                    other.called(),
                     apart.norm()
                 )));
             }

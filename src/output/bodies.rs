@@ -13,15 +13,14 @@ use std::path::Path;
 /// Triangles along the length of a curved surface.
 const ALONG: f64 = 32.0;
 
-/// Writes the bodies with the forces of the fluid on them (N) at a time (s).
+/// A body with its number and the force of the fluid on it (N).
+pub type Numbered<'a> = (usize, &'a Body, Vector3<f64>);
+
+/// Writes bodies at a time (s).
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write<'a>(
-    path: &Path,
-    time: f64,
-    bodies: impl Iterator<Item = (&'a Body, Vector3<f64>)>,
-) -> Result<()> {
+pub fn write<'a>(path: &Path, time: f64, bodies: impl Iterator<Item = Numbered<'a>>) -> Result<()> {
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" \
         byte_order=\"LittleEndian\">\n<PolyData>\n<FieldData>\n\
@@ -30,11 +29,12 @@ pub fn write<'a>(
     );
     let mut piece = Piece::default();
     let bodies: Vec<_> = bodies.collect();
-    for (k, (body, force)) in bodies.iter().enumerate() {
-        piece.put(body, force, body.centre, body.velocity, body.shape().is_round());
+    for (k, one) in bodies.iter().enumerate() {
+        let body = one.1;
+        piece.put(one, body.centre, body.velocity, body.shape().is_round());
         piece.vertices.push(vec![k]);
     }
-    bodies.iter().for_each(|(body, force)| piece.put_surface(body, force));
+    bodies.iter().for_each(|one| piece.put_surface(one));
     piece.write(&mut text);
     text += "</PolyData>\n</VTKFile>\n";
     replace(path, text.as_bytes())
@@ -43,8 +43,8 @@ pub fn write<'a>(
 /// Points with what is said of each, and cells of them.
 #[derive(Default)]
 struct Piece<'a> {
-    /// The body that a point is of, and the force of the fluid on it (N).
-    bodies: Vec<(&'a Body, &'a Vector3<f64>)>,
+    /// The body that a point is of.
+    bodies: Vec<&'a Numbered<'a>>,
     /// Where they are (m).
     places: Vec<Vector3<f64>>,
     /// How fast they move (m/s).
@@ -61,20 +61,20 @@ impl<'a> Piece<'a> {
     /// A point of a body, which a sphere of its radius is drawn at or not.
     fn put(
         &mut self,
-        body: &'a Body,
-        force: &'a Vector3<f64>,
+        one: &'a Numbered<'a>,
         place: Vector3<f64>,
         velocity: Vector3<f64>,
         round: bool,
     ) {
-        self.bodies.push((body, force));
+        self.bodies.push(one);
         self.places.push(place);
         self.velocities.push(velocity);
-        self.radii.push(if round { body.radius() } else { 0.0 });
+        self.radii.push(if round { one.1.radius() } else { 0.0 });
     }
 
     /// The surface of a body that is not round.
-    fn put_surface(&mut self, body: &'a Body, force: &'a Vector3<f64>) {
+    fn put_surface(&mut self, one: &'a Numbered<'a>) {
+        let body = one.1;
         let (shape, turn) = (body.shape(), body.orientation());
         let mut known: HashMap<[u64; 3], usize> = HashMap::new();
         for corners in shape.triangles(2.0 * shape.radius() / ALONG) {
@@ -82,7 +82,7 @@ impl<'a> Piece<'a> {
                 *known.entry(<[f64; 3]>::from(corner).map(f64::to_bits)).or_insert_with(|| {
                     let arm = turn * corner;
                     let velocity = body.velocity + body.spin.cross(&arm);
-                    self.put(body, force, body.centre + arm, velocity, false);
+                    self.put(one, body.centre + arm, velocity, false);
                     self.places.len() - 1
                 })
             };
@@ -111,16 +111,16 @@ impl<'a> Piece<'a> {
         let vectors = |of: &[Vector3<f64>]| -> Vec<f64> {
             of.iter().flat_map(|v| <[f64; 3]>::from(*v)).collect()
         };
-        array(text, "id", 1, all().map(|(body, _)| body.id as f64));
+        array(text, "id", 1, all().map(|(id, ..)| *id as f64));
         array(text, "radius", 1, self.radii.iter().copied());
-        array(text, "diameter", 1, all().map(|(body, _)| body.shape().diameter()));
+        array(text, "diameter", 1, all().map(|(_, body, _)| body.shape().diameter()));
         array(text, "velocity", 3, vectors(&self.velocities));
-        array(text, "spin", 3, all().flat_map(|(body, _)| <[f64; 3]>::from(body.spin)));
-        array(text, "force", 3, all().flat_map(|(_, force)| <[f64; 3]>::from(**force)));
+        array(text, "spin", 3, all().flat_map(|(_, body, _)| <[f64; 3]>::from(body.spin)));
+        array(text, "force", 3, all().flat_map(|(.., force)| <[f64; 3]>::from(*force)));
         let turned = |body: &Body| {
             [body.orientation.w, body.orientation.i, body.orientation.j, body.orientation.k]
         };
-        array(text, "orientation", 4, all().flat_map(|(body, _)| turned(body)));
+        array(text, "orientation", 4, all().flat_map(|(_, body, _)| turned(body)));
         *text += "</PointData>\n<Points>\n";
         array(text, "Points", 3, vectors(&self.places));
         *text += "</Points>\n";
@@ -186,7 +186,7 @@ mod tests {
         let mut moved = at(0.25);
         (moved.id, moved.velocity, moved.orientation) = (7, Vector3::new(3.0, -4.0, 0.0), turned);
         let bodies = [at(0.4), moved];
-        write(&path, 0.1, bodies.iter().map(|body| (body, Vector3::zeros()))).unwrap();
+        write(&path, 0.1, bodies.iter().map(|body| (body.id, body, Vector3::zeros()))).unwrap();
         let poses = read(&path).unwrap();
         assert_eq!((poses.len(), poses[&0].centre, poses[&0].speed), (2, [0.4, 0.5, 0.0], 0.0));
         assert_eq!((poses[&7].centre, poses[&7].speed), ([0.25, 0.5, 0.0], 5.0));
@@ -206,7 +206,7 @@ mod tests {
         let mut body = Body::new(shape, 1.0, 0.0, Vector3::new(5.0, 5.0, 0.0));
         body.orientation = UnitQuaternion::from_scaled_axis(Vector3::z() * FRAC_PI_4);
         (body.velocity, body.spin) = (Vector3::new(1.0, 0.0, 0.0), Vector3::z());
-        write(&path, 0.0, std::iter::once((&body, Vector3::zeros()))).unwrap();
+        write(&path, 0.0, std::iter::once((0, &body, Vector3::zeros()))).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains("NumberOfPoints=\"5\" NumberOfVerts=\"1\" NumberOfLines=\"4\""));
         let numbers = |name: &str, width: usize| -> Vec<f64> {

@@ -202,6 +202,11 @@ fn files(folder: &Path) -> Result<Vec<(u64, PathBuf)>> {
     Ok(files)
 }
 
+/// Whether a run has checkpoints.
+pub fn any(run: &Path) -> Result<bool> {
+    Ok(!files(&run.join(FOLDER))?.is_empty())
+}
+
 /// The step of the newest checkpoint of a run that is whole, and why newer ones are not.
 ///
 /// # Errors

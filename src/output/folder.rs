@@ -18,8 +18,8 @@ use mics_run::bodies::{OBSTACLES as OBSTACLE_SURFACES, PREFIX as BODIES};
 use mics_run::file::replace;
 use mics_run::folder::{OBSTACLES, SOLVES};
 use mics_run::vti::write_series;
-pub use permission::may_use;
 use permission::{PART, RUN, clear, delete, lock};
+pub use permission::{may_use, refuse_held};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -248,8 +248,10 @@ impl Folder {
     ) -> Result<()> {
         let fields = self.path.join("fields");
         let write = |name: &str, of: fn(&Body) -> bool| {
-            let own = || bodies.iter().zip(exchange).filter(|(body, _)| of(body));
-            let own = own().map(|(body, e)| (body, e.momentum));
+            let own = bodies.iter().zip(exchange).filter(|(body, _)| of(body)).enumerate();
+            // Obstacles by their numbers among themselves, as in their table.
+            let number = |k, body: &Body| if body.is_obstacle() { k } else { body.id };
+            let own = own.map(|(k, (body, e))| (number(k, body), body, e.momentum));
             bodies::write(&fields.join(name), time, own)
         };
         if self.particles.is_some() && !bodies.iter().all(Body::is_obstacle) {

@@ -19,5 +19,5 @@ pub mod vti;
 pub mod watch;
 
 pub use added::Output;
-pub use folder::{Folder, Log, Marks, StepRow, fields_file, may_use};
+pub use folder::{Folder, Log, Marks, StepRow, fields_file, may_use, refuse_held};
 pub use rows::Rows;

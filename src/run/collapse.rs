@@ -1,7 +1,7 @@
 //! Steps that shrink to nothing: a run whose steps have been shorter than a thousandth of what they
 //! were for a hundred steps goes nowhere, and says so.
 
-use crate::particles::{Body, nearest_image};
+use crate::particles::{Body, gap, nearest_image};
 use crate::{Error, Result};
 
 /// Part of the first or of the usual step, and the steps below it, that end a run.
@@ -54,23 +54,22 @@ impl Collapse {
 /// The two nearest, in words.
 fn nearest(bodies: &[Body], size: &[f64], periods: &[Option<f64>; 3]) -> String {
     let mut found = (f64::INFINITY, String::new());
-    for (i, body) in bodies.iter().enumerate() {
-        for (j, other) in bodies.iter().enumerate().skip(i + 1) {
-            let gap = nearest_image(&body.centre, &other.centre, periods).norm()
-                - body.radius()
-                - other.radius();
+    let said = |body: &Body, other: &str, gap: f64| {
+        format!("{} and {other} are nearest, with a gap of {gap:.2e} m;", body.called())
+    };
+    for (i, body) in bodies.iter().enumerate().filter(|(_, body)| !body.is_obstacle()) {
+        for other in bodies[i + 1..].iter() {
+            let apart = nearest_image(&body.centre, &other.centre, periods);
+            let spheres = || apart.norm() - body.radius() - other.radius();
+            let gap = if other.is_obstacle() { gap(body, other, &apart).1 } else { spheres() };
             if gap < found.0 {
-                found =
-                    (gap, format!("particles {i} and {j} are nearest, with a gap of {gap:.2e} m;"));
+                found = (gap, said(body, &other.called(), gap));
             }
         }
         for (a, size) in size.iter().enumerate().filter(|(a, _)| periods[*a].is_none()) {
             let gap = body.centre[a].min(size - body.centre[a]) - body.radius();
             if gap < found.0 {
-                found = (
-                    gap,
-                    format!("particle {i} and a wall are nearest, with a gap of {gap:.2e} m;"),
-                );
+                found = (gap, said(body, "a wall", gap));
             }
         }
     }

@@ -143,7 +143,8 @@ fn richest<const D: usize>(e: &EnergyBudget, s: &State<D>) -> String {
     let fastest = (0..s.bodies.len()).max_by(|a, b| speed(a).total_cmp(&speed(b)));
     match fastest.filter(|_| e.fluid < e.bodies.max(e.springs)) {
         Some(k) => {
-            format!("mostly bodies have it, particle {k} the fastest at {:.3e} m/s;", speed(&k))
+            let name = s.bodies[k].called();
+            format!("mostly bodies have it, {name} the fastest at {:.3e} m/s;", speed(&k))
         }
         None => "mostly the fluid has it;".into(),
     }

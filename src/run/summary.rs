@@ -55,7 +55,12 @@ impl<const D: usize> Run<'_, D> {
         if self.folder.is_none() {
             return Ok(());
         }
-        let notes = self.energy_and_symmetry_notes(status, symmetric);
+        let mut notes = self.energy_and_symmetry_notes(status, symmetric);
+        if !unused.is_empty() {
+            let why =
+                if self.account.krylov == 0 { ", since no pressure was solved for" } else { "" };
+            notes.push(format!("PETSc options that nothing used{why}: {}", unused.join(", ")));
+        }
         // Remarks stand beside their measures on the screen.
         let summary = self.summary(status, &totals, [&notes[..], &self.doubts(status)].concat());
         self.say_cost(&totals);
@@ -65,11 +70,6 @@ impl<const D: usize> Run<'_, D> {
             self.log.say(&format!("{count} of the particles never came in: {cure}"));
         }
         notes.iter().for_each(|note| self.log.say(note));
-        if !unused.is_empty() {
-            let why =
-                if self.account.krylov == 0 { ", since no pressure was solved for" } else { "" };
-            self.log.say(&format!("PETSc options that nothing used{why}: {}", unused.join(", ")));
-        }
         self.say_measures();
         let Some(folder) = &mut self.folder else { return Ok(()) };
         folder.write_json("summary.json", &summary)?;

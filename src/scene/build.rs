@@ -81,12 +81,14 @@ fn motion(given: &config::Motion, place: &[f64]) -> (Vector3<f64>, Vector3<f64>,
     (velocity, Vector3::from(spin), motion)
 }
 
-/// An obstacle of a case, of the fluid's density.
-pub(super) fn obstacle(case: &Case, o: &config::Obstacle) -> Body {
-    let (place, fluid) = (o.wall.centre(), &case.fluid);
+/// The obstacle of this number of a case, of the fluid's density.
+pub(super) fn obstacle(case: &Case, number: usize) -> Body {
+    let (o, fluid) = (&case.obstacle[number], &case.fluid);
+    let place = o.wall.centre();
     let shape = Arc::new(Solid(o.wall.geometry().clone()));
     let mut body = Body::new(shape, fluid.density, fluid.viscosity, vector(place));
     (body.velocity, body.spin, body.motion) = motion(&o.motion, place);
+    body.name = Some(case.called(case.particle.len() + number).into());
     body
 }
 
@@ -216,7 +218,7 @@ fn choices(case: &Case) -> Choices {
 pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Result<()> {
     let sharp = case.coupling.wall == config::WallRule::Sharp;
     let polygon = !sharp && case.coupling.fraction == config::FractionRule::Polygon;
-    for (k, body) in bodies.iter().enumerate() {
+    for body in bodies {
         let (dimension, round) = (body.shape().dimension(), body.shape().is_round());
         let outside = (0..D).find(|a| !(0.0..=case.domain.size[*a]).contains(&body.centre[*a]));
         let why = if dimension != D {
@@ -233,7 +235,7 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
         } else {
             continue;
         };
-        return Err(Error::Usage(format!("body {k}: {why}")));
+        return Err(Error::Usage(format!("{}: {why}", body.called())));
     }
     let h: Vec<f64> =
         case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect();

@@ -12,11 +12,18 @@ fn folder_of_a_running_run_is_locked() {
     let dir = tempfile::tempdir().unwrap();
     let (case, out) = (colliding(dir.path(), "end = 0.5\ncfl = 0.2", 20), dir.path().join("out"));
     let first = held(&case, &out, || !checkpoints(&out).is_empty());
-    for how in ["--force", "--resume"] {
-        let output = mics(&words(&case, &out, &[how]));
-        assert_eq!(output.status.code(), Some(2), "{how}: {}", said(&output));
-        assert!(said(&output).contains("another mics is writing here"), "{how}: {}", said(&output));
-    }
+    let refused = |more: &[&str]| {
+        let output = mics(&words(&case, &out, more));
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {}", said(&output));
+        let why = said(&output);
+        assert!(why.contains("another mics is writing here"), "{more:?}: {why}");
+    };
+    [&[][..], &["--force"], &["--resume"]].into_iter().for_each(refused);
+    // As before its first checkpoint.
+    let [there, away] = [out.join("checkpoint"), dir.path().join("away")];
+    fs::rename(&there, &away).unwrap();
+    refused(&["--resume"]);
+    fs::rename(&away, &there).unwrap();
     signal(&first, "CONT");
     assert!(first.wait_with_output().unwrap().status.success());
     let alone = dir.path().join("alone");

@@ -1,6 +1,6 @@
 //! Obstacles of any shape in the flow: channels and ducts across the grid, against the exact flow.
 
-use crate::support::{PERIODIC, Petsc, box_case, order, petsc};
+use crate::support::{PERIODIC, Petsc, box_case, mics, order, petsc};
 use mics::config::load;
 use mics::geometry::Solid;
 use mics::geometry::shapes::{Obstacle, Room};
@@ -60,4 +60,46 @@ fn tilted_channel_flow_is_second_order_wherever_the_walls_lie() {
         println!("offset {offset}: {coarse:+.2e}, {fine:+.2e}, order {observed:.2}");
         assert!(fine.abs() < 0.01 && observed > 1.8, "{coarse} {fine}");
     }
+}
+
+#[test]
+fn obstacle_has_its_name_in_messages_and_its_number_in_files() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, out) = (dir.path().join("case.toml"), dir.path().join("out"));
+    let wall = "\"wall\"";
+    let text = |more: &str| {
+        let more = format!(
+            "[output]\nfigures = false\n[contact]\n[coupling]\nwall = \"sharp\"\n{more}\n\
+            [[obstacle]]\nname = \"plate\"\npolygon = {{ points = [[0.2, 0.05], [0.24, 0.05], \
+            [0.24, 0.15], [0.2, 0.15]] }}\n"
+        );
+        box_case([0.4, 0.2], [40, 20], 1e-3, [wall; 4], &more)
+    };
+    let disc = |x: f64, more: &str| {
+        format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.04 }} }}\nposition = [{x:?}, 0.101]\n\
+            {more}\n"
+        )
+    };
+    // The plate is driven into the disc that is held.
+    let driven = "motion = { prescribed = { velocity = [-1.0, 0.0] } }\n";
+    let held = disc(0.1, "motion = \"fixed\"") + "[time]\nend = 0.1\n";
+    std::fs::write(&file, text(&held) + driven).unwrap();
+    let file = file.to_str().unwrap();
+    let check = mics(&["check", file]);
+    let said = String::from_utf8_lossy(&check.stdout).into_owned();
+    assert!(said.contains("plate has run into particle 0 ("), "{said}");
+    let words = ["run", file, "--quiet", "--out", out.to_str().unwrap(), "--set", "time.end=1e-4"];
+    assert!(mics(&words).status.success());
+    let surface = std::fs::read_to_string(out.join("fields/obstacles-00000000.vtp")).unwrap();
+    let ids = surface.split("Name=\"id\"").nth(1).unwrap().split(['<', '>']).nth(1).unwrap();
+    assert!(ids.split_whitespace().all(|id| id == "0"), "{ids}");
+    // A disc that is too fast for its soft contact.
+    let struck = disc(0.17, "density = 2000.0\nvelocity = [20.0, 0.0]") + &disc(0.32, "");
+    let soft = struck + "[time]\nend = 0.1\nstep = 1e-4\n";
+    let soft = text(&soft).replace("[contact]", "[contact]\nnormal_stiffness = 10.0");
+    std::fs::write(file, soft).unwrap();
+    let ended = mics(&["run", file, "--quiet", "--force", "--out", out.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert!(said.contains("particle 0 and plate"), "{said}");
 }

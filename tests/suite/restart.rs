@@ -333,7 +333,7 @@ fn resume_to_later_end_and_refusal_of_changed_case() {
         ),
         (&["--resume", "--set", "time.end=0.09"], "time.end: the run that goes on has reached 0.1"),
         (&["--resume", "--set", "measure.0.particle=1"], "measure.0.particle: was 0 in the run"),
-        (&[], "the folder exists and holds a run"),
+        (&[], "holds a run; give --resume to go on with it, --force to replace it"),
     ] {
         let output = mics(&words(&case, &out, more));
         assert_eq!(output.status.code(), Some(2), "{}", said(&output));

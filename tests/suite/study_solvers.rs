@@ -49,6 +49,14 @@ run = { solver = "tight" }
 column = "krylov_per_step"
 across = "nu"
 
+[[cross]]
+column = "speed"
+across = "nu"
+
+[[cross]]
+column = "speed_error"
+across = "nu"
+
 [plot]
 each = ["scene"]
 series = ["solver"]
@@ -119,17 +127,42 @@ fn study_of_solvers_compares_runs_with_a_tight_solve_and_keeps_failures_as_rows(
     let heads = "| scene | solver | nu | speed | error | CPU s of the pressure | Krylov a solve \
         | setups | status |";
     assert!(short.starts_with(heads), "{short}");
-    let cross = lines(&std::fs::read_to_string(out.join("cross.md")).unwrap(), "over nu:");
+    let layouts = std::fs::read_to_string(out.join("cross.md")).unwrap();
+    let cross = lines(&layouts, "over nu:");
     assert_eq!(cross[0], ["scene", "solver", "nu = 0.01", "nu = 0.02"]);
     assert_eq!(cross[4], ["coarse, one", "none", "failed", "failed"]);
     let amg = cross.iter().find(|line| line[1] == "amg").unwrap();
     assert!(amg[2].parse::<f64>().is_ok() && amg[3].is_empty(), "{cross:?}");
+    for (title, tight) in [("speed over nu:", true), ("speed_error over nu:", false)] {
+        let cross = lines(&layouts, title);
+        let has =
+            |label: &str| cross.iter().find(|line| line[1] == label).unwrap()[2].parse::<f64>();
+        assert!(has("default").is_ok() && has("tight").is_ok() == tight, "{cross:?}");
+    }
     for name in ["cost_pressure_cpu_us_per_cell_step", "cost_krylov_per_solve", "value_speed"] {
         for scene in ["coarse-one", "fine"] {
             let figure = std::fs::read_to_string(out.join(format!("{name}_{scene}.svg"))).unwrap();
             let shows = |word: &str| figure.contains(&format!(">\n{word}\n<"));
             assert!(shows("tight") && shows("nu") && !shows("none"), "{name}_{scene}");
             assert_eq!(shows("amg"), scene == "fine", "{name}_{scene}");
+        }
+    }
+}
+
+#[test]
+fn petsc_option_that_nothing_used_is_said_in_tables_and_at_the_end() {
+    let text = "name = \"tiny\"\ncase = \"case.toml\"\n[[axis]]\nname = \"solver\"\n\
+        choices = [{ label = \"typo\", petsc = \"-ksp_type cg -pc_mg_level 3\" }]\n";
+    let (dir, file) = written(text);
+    let out = dir.path().join("out");
+    for how in ["run", "kept"] {
+        let (code, said, error) = study(&file, &out, &[]);
+        assert_eq!(code, Some(0), "{said}{error}");
+        let [csv, md] =
+            ["study.csv", "study.md"].map(|name| std::fs::read_to_string(out.join(name)).unwrap());
+        let end: String = said.lines().skip_while(|line| !line.starts_with('|')).collect();
+        for text in [csv, md, end] {
+            assert!(text.contains("nothing used: -pc_mg_level 3"), "{how}: {text}");
         }
     }
 }
@@ -170,6 +203,8 @@ fn wrong_keys_of_a_study_of_solvers_are_refused() {
             "did you mean `krylov_per_solve`?",
         ),
         ("column = \"krylov_per_step\"", "column = \"status\"", "no number `status`"),
+        ("column = \"speed\"", "column = \"spead\"", "no number `spead`; did you mean `speed`?"),
+        ("column = \"speed_error\"", "column = \"lift_error\"", "no number `lift_error`"),
         ("across = \"nu\"", "across = \"mu\"", "no axis or label `mu`"),
         ("each = [\"scene\"]", "each = [\"scenes\"]", "did you mean `scene`?"),
         ("costs = [\"pressure_cpu_us", "costs = [\"pressure_us", "study.csv has no number"),

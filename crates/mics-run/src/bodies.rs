@@ -46,15 +46,18 @@ pub fn beside(snapshot: &Path) -> PathBuf {
     snapshot.with_file_name(name)
 }
 
-/// Reads the bodies of a snapshot's moment, by their numbers: the particles, and obstacles that
-/// move.
+/// Reads the bodies of a snapshot's moment, by their numbers in a case of so many particles: these,
+/// and after them obstacles that move.
 ///
 /// # Errors
 /// As those of [`read`].
-pub fn of(snapshot: &Path) -> Result<HashMap<usize, Pose>> {
+pub fn of(snapshot: &Path, particles: usize) -> Result<HashMap<usize, Pose>> {
     let mut all = read(&beside(snapshot))?;
     let step = snapshot.file_stem().unwrap_or_default().to_string_lossy();
-    all.extend(read(&snapshot.with_file_name(format!("{OBSTACLES}-{step}.vtp")))?);
+    let obstacles = read(&snapshot.with_file_name(format!("{OBSTACLES}-{step}.vtp")))?;
+    // All of them are there. Files of older versions count them after the particles.
+    let first = obstacles.keys().copied().min().unwrap_or(0);
+    all.extend(obstacles.into_iter().map(|(id, pose)| (particles + id - first, pose)));
     Ok(all)
 }
 

@@ -77,10 +77,11 @@ pub fn may_use(path: &Path, force: bool, case: &Path) -> Result<()> {
         );
     }
     if !force {
-        return refuse(
-            "the folder exists and holds a run; give another with --out, or --force to replace it"
-                .into(),
-        );
+        let on = if checkpoint::any(path)? { "--resume to go on with it, " } else { "" };
+        return refuse(format!(
+            "the folder exists and holds a run; give {on}--force to replace it, or another folder \
+            with --out"
+        ));
     }
     let inside = |p: &Path| Some(p.canonicalize().ok()?.starts_with(path.canonicalize().ok()?));
     if inside(case) == Some(true) {
@@ -105,8 +106,21 @@ pub(super) fn delete(file: &Path) -> Result<()> {
 /// # Errors
 /// When another process has it.
 pub(super) fn lock(path: &Path) -> Result<File> {
+    locked(path, FlockOperation::NonBlockingLockExclusive)
+}
+
+/// Refuses a run's folder, where there is one, that another process has.
+pub fn refuse_held(path: &Path) -> Result<()> {
+    // Shared by the ranks of this process, which all look at once.
+    if path.is_dir() {
+        locked(path, FlockOperation::NonBlockingLockShared)?;
+    }
+    Ok(())
+}
+
+fn locked(path: &Path, how: FlockOperation) -> Result<File> {
     let folder = File::open(path).map_err(Error::io(path))?;
-    match flock(&folder, FlockOperation::NonBlockingLockExclusive) {
+    match flock(&folder, how) {
         Err(e) if e == rustix::io::Errno::WOULDBLOCK => Err(Error::Usage(format!(
             "{}: another mics is writing here; wait until it has ended, or give another folder \
             with --out",

@@ -260,7 +260,7 @@ impl Last {
         let snapshot = Snapshot::read(&path)?;
         let rows = Rows::read(&run.folder, &run.case, &[snapshot.time], &run.asked);
         // The rows of a run that goes on may be behind its snapshots.
-        let poses = bodies::of(&path)?;
+        let poses = bodies::of(&path, run.case.particle.len())?;
         let place = |id: usize| {
             if poses.is_empty() { rows.poses(0)(id) } else { poses.get(&id).copied() }
         };

@@ -44,7 +44,10 @@ impl<'a> Reel<'a> {
         let by = view.bodies.unwrap_or_default();
         let mut fastest: f64 = 0.0;
         for (_, path) in frames.iter().filter(|_| by == Bodies::Speed) {
-            fastest = bodies::of(path)?.values().map(|pose| pose.speed).fold(fastest, f64::max);
+            fastest = bodies::of(path, run.case.particle.len())?
+                .values()
+                .map(|pose| pose.speed)
+                .fold(fastest, f64::max);
         }
         let times: Vec<f64> = frames.iter().map(|(time, _)| *time).collect();
         let look = Look {
@@ -54,7 +57,7 @@ impl<'a> Reel<'a> {
         };
         let sections = match (view.plane, frames.last()) {
             (None, Some((_, last))) => {
-                let poses = bodies::of(last)?;
+                let poses = bodies::of(last, run.case.particle.len())?;
                 fields::sections(&run.case, |id| poses.get(&id).copied())
             }
             (plane, _) => plane.into_iter().collect(),
@@ -85,7 +88,8 @@ impl<'a> Reel<'a> {
     /// When its file is damaged, or lacks what is shown.
     pub fn plane(&self, k: usize) -> Result<Plane> {
         let path = self.frames.get(k).map(|(_, path)| path.clone()).unwrap_or_default();
-        let (snapshot, poses) = (Snapshot::read(&path)?, bodies::of(&path)?);
+        let (snapshot, poses) =
+            (Snapshot::read(&path)?, bodies::of(&path, self.run.case.particle.len())?);
         let place = |id: usize| poses.get(&id).copied();
         let plane = fields::plane(
             &self.run.case,

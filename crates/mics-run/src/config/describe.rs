@@ -47,7 +47,7 @@ impl Case {
         let named = |id: &usize| self.particle[*id].name.as_deref() == Some(wanted);
         let ids: Vec<usize> = (0..count).filter(named).collect();
         let known = self.particle.iter().filter_map(|p| p.name.as_deref());
-        if ids.is_empty() { Err(unnamed(wanted, known)) } else { Ok(ids) }
+        if ids.is_empty() { Err(unnamed("particle", wanted, known)) } else { Ok(ids) }
     }
 
     /// What is said of the particles, each line with its label: of few one by one, of many their
@@ -126,7 +126,14 @@ impl Case {
             } else {
                 String::new()
             };
-            let moves = if o.motion == Motion::Fixed { "fixed" } else { "prescribed motion" };
+            let centre: Vec<String> = o.wall.centre().iter().map(|x| rounded(*x)).collect();
+            let moves = match &o.motion {
+                Motion::Prescribed { spin, .. } if *spin != [0.0; 3] => {
+                    format!("prescribed motion, turns about ({}) m", centre.join(", "))
+                }
+                Motion::Fixed => "fixed".to_owned(),
+                _ => "prescribed motion".to_owned(),
+            };
             let words = format!(
                 "{}, walls within {}, {thin}{moves}, of {}",
                 o.wall.detail(),
@@ -190,14 +197,18 @@ fn plural(name: &str, count: usize) -> String {
     }
 }
 
-/// The refusal of a name that no particle has, where these are known.
-pub(super) fn unnamed<'a>(wanted: &str, known: impl Iterator<Item = &'a str>) -> String {
+/// The refusal of a name that no particle, or obstacle, has, where these are known.
+pub(super) fn unnamed<'a>(
+    kind: &str,
+    wanted: &str,
+    known: impl Iterator<Item = &'a str>,
+) -> String {
     let known: Vec<&str> = known.collect::<BTreeSet<_>>().into_iter().collect();
     let cure = match &known[..] {
-        [] => "give it one, as in name = \"pier\" in its [[particle]] or [[swarm]]".into(),
+        [] => format!("give it one, as in name = \"pier\" in its [[{kind}]]"),
         known => suggest(wanted, known),
     };
-    format!("no particle has the name \"{wanted}\"; {cure}")
+    format!("no {kind} has the name \"{wanted}\"; {cure}")
 }
 
 impl Contact {

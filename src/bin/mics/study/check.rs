@@ -46,9 +46,7 @@ impl Study {
         let columns = columns.map(|(index, name)| (format!("columns.{index}"), name));
         let costs = self.plot.costs.iter().enumerate();
         let costs = costs.map(|(index, name)| (format!("plot.costs.{index}"), name));
-        let cross = self.cross.iter().enumerate();
-        let cross = cross.map(|(index, cross)| (format!("cross.{index}.column"), &cross.column));
-        for (key, name) in columns.chain(costs).chain(cross) {
+        for (key, name) in columns.chain(costs) {
             if !NUMBERS.contains(&name.as_str()) {
                 let message =
                     format!("study.csv has no number `{name}`; {}", suggest(name, &NUMBERS));

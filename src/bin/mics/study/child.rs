@@ -17,7 +17,7 @@ use std::{env, fs, thread};
 pub struct Outcome {
     /// `done`, `failed`, `refused`, `too slow` or `interrupted`.
     pub status: &'static str,
-    /// Why it is not done.
+    /// Why it is not done, or what is to be said of one that is.
     pub message: String,
     /// Its `summary.json`, where it left one.
     pub summary: Value,
@@ -31,6 +31,12 @@ impl Outcome {
         let commit = crate::COMMIT.to_owned();
         Outcome { status: "refused", message: message.into(), summary: Value::Null, commit }
     }
+}
+
+/// What a summary says in doubt of its run: of PETSc options that nothing used, say.
+fn notes(summary: &Value) -> String {
+    let notes = summary["notes"].as_array();
+    notes.into_iter().flatten().filter_map(Value::as_str).collect::<Vec<_>>().join("; ")
 }
 
 fn json(path: &Path) -> Value {
@@ -52,7 +58,7 @@ pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
     let status = summary["status"].as_str()?;
     (same && status == "done").then(|| Outcome {
         status: "done",
-        message: String::new(),
+        message: notes(&summary),
         summary,
         commit,
     })
@@ -162,7 +168,7 @@ pub fn run(run: &Planned, folder: &Path, name: &str, limit: Option<Duration>) ->
         _ => "failed",
     };
     let message = match (status, words.as_str()) {
-        ("done", _) => String::new(),
+        ("done", _) => notes(&summary),
         ("too slow", _) => too_slow(folder, limit.unwrap_or_default()),
         (_, "") => format!("it ended with {} and said nothing", ended.status),
         _ => words,

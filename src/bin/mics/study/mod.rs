@@ -129,8 +129,13 @@ fn report(
     Ok(())
 }
 
-/// Says which runs are not done: as the study's error, unless failures are results.
+/// Says of which runs that are done something is in doubt, and which are not done: as the study's
+/// error, unless failures are results.
 fn end(study: &Study, plan: &Plan, outcomes: &[Vec<Outcome>]) -> Result<()> {
+    for (run, outcomes) in plan.runs.iter().zip(outcomes) {
+        let remark = outcomes.last().filter(|o| o.status == "done" && !o.message.is_empty());
+        remark.map_or(Ok(()), |outcome| print(&format!("{}: {}", run.id, outcome.message)))?;
+    }
     let broken = plan.runs.iter().zip(outcomes).filter_map(|(run, outcomes)| {
         let outcome = outcomes.iter().find(|outcome| outcome.status != "done")?;
         Some((format!("{} ({})", run.id, outcome.status), outcome.status))
@@ -242,7 +247,10 @@ fn run_all(study: &Study, plan: &Plan, folder: &Path, force: bool) -> Result<Vec
             }
             older += usize::from(outcome.commit != crate::COMMIT);
             let end = match (outcome.status, outcome.summary["cpu_seconds"].as_f64()) {
-                ("done", Some(cpu)) => format!("{word}, {} CPU s", markdown::short(cpu)),
+                ("done", Some(cpu)) => {
+                    let remark = if outcome.message.is_empty() { "" } else { "; " };
+                    format!("{word}, {} CPU s{remark}{}", markdown::short(cpu), outcome.message)
+                }
                 (status, _) => format!("{status}: {}", outcome.message),
             };
             let again =

@@ -1,6 +1,7 @@
 //! The runs of a study: the product of its axes and its listed rows, on each number of ranks, every
 //! case read and checked.
 
+use super::columns::NUMBERS;
 use super::file::{Study, fault, label};
 use super::planned::{Planned, Refusal, reason};
 use super::reference::{Compared, references};
@@ -182,7 +183,7 @@ impl Plan {
                 read_case(&case_of(draft), &[&common[..], &draft.set[..]].concat()).ok()?;
             Some(loaded.case.measure.into_iter().map(|measure| measure.name))
         });
-        plan.refuse_unknown_measures(text, all.flatten())?;
+        plan.refuse_unknown_measures(study, text, all.flatten())?;
         Ok(plan)
     }
 
@@ -221,28 +222,40 @@ impl Plan {
         Err(text.refuse(fault(key, refusal.map(|refusal| refusal.why).unwrap_or_default())))
     }
 
-    /// Refuses a reference of what no run measures; `all` are the names of what the file's runs do,
-    /// looked up where those of this plan do not.
+    /// Refuses a reference of what no run measures, and columns to be laid out that there are not;
+    /// `all` are the names of what the file's runs measure, looked up where those of this plan do
+    /// not.
     fn refuse_unknown_measures(
         &self,
+        study: &Study,
         text: &Text,
         all: impl Iterator<Item = String>,
     ) -> Result<()> {
+        let references = study.reference.iter().enumerate();
+        let references = references.map(|(k, r)| (format!("reference.{k}.measure"), &r.measure));
+        let columns = study.cross.iter().enumerate();
+        let columns = columns.map(|(k, cross)| (format!("cross.{k}.column"), &cross.column));
+        let of_error = |name: &str| name.strip_suffix("_error").is_some_and(|m| self.compares(m));
+        let columns = columns.filter(|(_, n)| !NUMBERS.contains(&n.as_str()) && !of_error(n));
+        let wanted: Vec<(String, &String)> = references.chain(columns).collect();
         let mut known = self.measures();
-        let unknown = |target: &Compared, known: &[String]| !known.contains(&target.measure);
-        if !self.references.iter().any(|target| unknown(target, &known)) {
+        let unknown =
+            |known: &[String]| wanted.iter().find(|(_, name)| !known.contains(name)).cloned();
+        if unknown(&known).is_none() {
             return Ok(());
         }
         known.extend(all);
         known.sort();
         known.dedup();
-        let Some(index) = self.references.iter().position(|target| unknown(target, &known)) else {
-            return Ok(());
+        let Some((key, name)) = unknown(&known) else { return Ok(()) };
+        let mut known: Vec<&str> = known.iter().map(String::as_str).collect();
+        let what = if key.starts_with("cross") {
+            known.extend(NUMBERS);
+            "study.csv has no number"
+        } else {
+            "the case has no measure"
         };
-        let (measure, known) =
-            (&self.references[index].measure, known.iter().map(String::as_str).collect::<Vec<_>>());
-        let message = format!("the case has no measure `{measure}`; {}", suggest(measure, &known));
-        Err(text.refuse(fault(format!("reference.{index}.measure"), message)))
+        Err(text.refuse(fault(key, format!("{what} `{name}`; {}", suggest(name, &known)))))
     }
 
     /// Whether a measure is compared with something.

@@ -133,6 +133,7 @@ impl Row {
         let run = &plan.runs[index];
         let done = Repeats(outcomes.iter().filter(|outcome| outcome.status == "done").collect());
         let broken = outcomes.iter().find(|outcome| outcome.status != "done");
+        let remarked = outcomes.iter().rfind(|outcome| !outcome.message.is_empty());
         let measured = measures.iter().map(|name| {
             let values = done.0.iter().filter_map(|o| o.summary["measures"][name].as_f64());
             Measured { name: name.clone(), value: median(values.collect()), error: None }
@@ -167,7 +168,7 @@ impl Row {
             "set" => run.set.join("; "),
             "petsc" => run.petsc.join(" "),
             "folder" => format!("runs/{}", run.id),
-            "message" => broken.map_or(String::new(), |outcome| outcome.message.clone()),
+            "message" => remarked.map_or(String::new(), |outcome| outcome.message.clone()),
             name => text(done.median(name)),
         });
         Row {
@@ -205,9 +206,11 @@ impl Row {
         COLUMNS.iter().position(|name| *name == column).map_or("", |at| &self.texts[at])
     }
 
-    /// A column of [`COLUMNS`] as a number; none where the run has none.
+    /// A column of [`COLUMNS`], a measure or its error as a number; none where the run has none.
     pub fn number(&self, column: &str) -> Option<f64> {
-        self.text(column).parse().ok()
+        let error = || self.measure(column.strip_suffix("_error")?)?.error;
+        let measured = || self.measure(column).map_or_else(error, |measured| measured.value);
+        self.text(column).parse().ok().or_else(measured)
     }
 
     /// How the run ended, in short.

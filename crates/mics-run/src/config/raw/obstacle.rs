@@ -40,7 +40,7 @@ pub struct Obstacle {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<Vec<f64>>,
     /// What its torque is about and a given spin turns it about (m); default the centre of its
-    /// volume in the box, along periodic axes the middle of the box.
+    /// volume in the box, of one that rests along periodic axes the middle of the box.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre: Option<Vec<f64>>,
     /// What moves it; default it rests. What moves must not reach the sides of the box.

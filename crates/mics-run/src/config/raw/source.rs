@@ -37,20 +37,23 @@ impl Source<'_> {
         self.refuse_line(line, &what)
     }
 
-    /// Refuses a file that is not there.
-    pub fn exists(&self) -> Result<(), Fault> {
-        if self.path.is_file() { Ok(()) } else { Err(self.refuse(MISSING)) }
+    /// Refuses a file that is not there, and a directory.
+    pub fn exists(&self) -> Check {
+        match self.path {
+            path if path.is_dir() => Err(self.refuse("is a directory: name a file in it")),
+            path if path.exists() => Ok(()),
+            _ => {
+                let why = "there is no such file; its path goes from the case file's folder";
+                Err(self.refuse(why))
+            }
+        }
     }
 
     /// The text of the file.
     pub fn text(&self) -> Result<String, Fault> {
-        let text = std::fs::read_to_string(self.path).map_err(|e| {
-            let what = match e.kind() {
-                std::io::ErrorKind::NotFound => MISSING.to_owned(),
-                _ => format!("cannot be read: {e}"),
-            };
-            self.refuse(&what)
-        })?;
+        self.exists()?;
+        let text = std::fs::read_to_string(self.path)
+            .map_err(|e| self.refuse(&format!("cannot be read: {e}")))?;
         // Where a line ends with two characters, the second would count as another line's.
         Ok(text.replace("\r\n", "\n"))
     }
@@ -96,8 +99,6 @@ impl Source<'_> {
         Ok(rows)
     }
 }
-
-const MISSING: &str = "there is no such file; its path goes from the case file's folder";
 
 /// A reader of a table with comments.
 pub(super) fn reader(text: &str) -> csv::Reader<&[u8]> {

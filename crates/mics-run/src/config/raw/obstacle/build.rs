@@ -14,12 +14,11 @@ use nalgebra::Vector3;
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Part of the box's length within which a corner lies on a side: what single numbers of an STL
-/// file tell apart.
-const ON_SIDE: f64 = 1e-6;
-
 /// Lengths of the box beyond which an obstacle is most likely in another unit.
 const FAR: f64 = 100.0;
+
+/// Lengths of the box beyond which that is said.
+const LONG: f64 = 10.0;
 
 /// Cells across what there is of an obstacle in the box below which it is most likely in another
 /// unit.
@@ -104,9 +103,10 @@ fn kind(typed: &Obstacle, key: &str, room: &Room, dimension: usize) -> Result<&'
             "must lie in the box, from 0 to {size:?} m, not at {at:?}"
         );
         ensure!(
-            !room.periodic[axis] || *at == 0.5 * size,
+            !room.periodic[axis] || typed.motion != Moved::Fixed || *at == 0.5 * size,
             key,
-            "must be the middle of the box, {:?} m, along {}, which is periodic, not {at:?}",
+            "must be the middle of the box, {:?} m, along {}, which is periodic, of an obstacle \
+            that rests, not {at:?}",
             0.5 * size,
             AXES[axis]
         );
@@ -142,62 +142,49 @@ fn wall(
     };
     let source = source.as_ref();
     let form = match (polygon, surface, heights) {
-        (Some(outlines), ..) => of_outlines(outlines, key, source, &shift, &room)?,
-        (_, Some(surface), _) => of_surface(surface, key, source, (&shift, &room), notes)?,
+        (Some(outlines), ..) => of_outlines(outlines, key, source)?,
+        (_, Some(surface), _) => of_surface(surface, key, source)?,
         (.., Some(heights)) => {
-            let mut raster = of_heights(heights, key, source, dimension)?;
-            raster.x.iter_mut().for_each(|x| *x += shift.x);
-            raster.y.iter_mut().for_each(|y| *y += shift.y);
-            raster.heights.iter_mut().for_each(|h| *h += shift[dimension - 1]);
-            raster.form(dimension, &room).map_err(|what| refuse(&what))?
+            let raster = of_heights(heights, key, source, dimension)?;
+            raster.form(dimension, &shift, &room).map_err(|what| refuse(&what))?
         }
         _ => return Err(refuse("is missing")),
     };
-    let wall = Wall::new(form, &room, centre.clone()).map_err(|fault| {
-        refuse(&format!(
-            "{}; if its lengths are in mm, set scale = 0.001, else look at position and \
-             domain.size",
-            fault.0
-        ))
-    })?;
-    sensible(case, &wall).map_err(|what| refuse(&what))?;
+    let note = |what: &str| {
+        let Fault { key, message } = refuse(what);
+        format!("note         {key}: {message}")
+    };
+    // Those of heights are where they stand already.
+    let shift = if heights.is_some() { Vector3::zeros() } else { shift };
+    let (form, said) = form.placed(&shift, &room).map_err(|fault| refuse(&fault.0))?;
+    notes.extend(said.iter().map(|what| note(what)));
+    let cure = if file.is_some() { "set scale = 0.001" } else { "give them in m" };
+    let cure = format!("if its lengths are in mm, {cure}; else look at position and domain.size");
+    let boxes = form.length() / room.size.iter().take(dimension).copied().fold(0.0, f64::max);
+    if heights.is_none() && boxes > LONG {
+        let what = format!("is {} times as long as the box: {cure}", rounded(boxes));
+        if boxes > FAR {
+            return Err(refuse(&what));
+        }
+        notes.push(note(&what));
+    }
+    let moves = typed.motion != Moved::Fixed;
+    let wall = Wall::new(form, &room, centre.clone(), moves)
+        .map_err(|fault| refuse(&format!("{}: {cure}", fault.0)))?;
+    let within = |(x, size): (&f64, &f64)| (0.0..=*size).contains(x);
+    if !wall.centre().iter().zip(&room.size).all(within) {
+        return Err(refuse(&format!("has no volume within the domain: {cure}")));
+    }
+    let [low, high] = wall.bounds();
+    let cells = (high - low).amax() / case.spacings().into_iter().fold(0.0, f64::max);
+    if cells < FEWEST_CELLS {
+        let least = format!("and {FEWEST_CELLS} are the least: {cure}");
+        return Err(refuse(&format!("is {} cells long in the box, {least}", brief(cells))));
+    }
     Ok(wall)
 }
 
-/// Refuses what is far too large for the box, or far too small for its cells, in words.
-fn sensible(case: &Case, wall: &Wall) -> Result<(), String> {
-    let widest = case.spacings().into_iter().fold(0.0, f64::max);
-    let [low, high] = wall.bounds();
-    let (length, size) =
-        ((high - low).amax(), case.domain.size.iter().copied().fold(0.0, f64::max));
-    let cure = "if its lengths are in mm, set scale = 0.001; else look at them and domain.size";
-    if length > FAR * size {
-        return Err(format!("is {} m long, and the box {size:?} m: {cure}", rounded(length)));
-    }
-    let cells = length / widest;
-    if cells < FEWEST_CELLS {
-        return Err(format!(
-            "is {} m long, which is {} cells, and {FEWEST_CELLS} are the least: {cure}",
-            rounded(length),
-            brief(cells)
-        ));
-    }
-    Ok(())
-}
-
-/// Places a corner: those within rounding of a side of the box lie on it.
-fn snapped(x: f64, shift: f64, size: f64) -> f64 {
-    let x = x + shift;
-    [0.0, size].into_iter().find(|side| (x - side).abs() <= ON_SIDE * size).unwrap_or(x)
-}
-
-fn of_outlines(
-    raw: &Outlines,
-    key: &str,
-    source: Option<&Source>,
-    shift: &Vector3<f64>,
-    room: &Room,
-) -> Result<Form, Fault> {
+fn of_outlines(raw: &Outlines, key: &str, source: Option<&Source>) -> Result<Form, Fault> {
     let Outlines { points, outlines, file, scale } = raw;
     let given =
         [("points", points.is_some()), ("outlines", outlines.is_some()), ("file", file.is_some())];
@@ -223,20 +210,10 @@ fn of_outlines(
         })?;
     }
     ensure!(!all.is_empty(), key, "has no outline: give one at least");
-    let place =
-        |[x, y]: [f64; 2]| [snapped(x, shift.x, room.size.x), snapped(y, shift.y, room.size.y)];
-    let placed: Vec<Vec<[f64; 2]>> =
-        all.into_iter().map(|points| points.into_iter().map(place).collect()).collect();
-    Ok(Form::Outlines(outline::nested(placed)))
+    Ok(Form::Outlines(all))
 }
 
-fn of_surface(
-    raw: &Surface,
-    key: &str,
-    source: Option<&Source>,
-    (shift, room): (&Vector3<f64>, &Room),
-    notes: &mut Vec<String>,
-) -> Result<Form, Fault> {
+fn of_surface(raw: &Surface, key: &str, source: Option<&Source>) -> Result<Form, Fault> {
     let Surface { file, scale, points, triangles } = raw;
     one_of(key, &[("file", file.is_some()), ("points", points.is_some())])?;
     ensure!(
@@ -245,43 +222,22 @@ fn of_surface(
         "stands beside points, each triangle by the numbers of its corners"
     );
     let factor = factor(key, *scale, file.is_some())?;
-    let given = |k: &usize| points.as_ref().and_then(|points| points.get(*k));
-    let closed = match source {
-        Some(source) => {
-            source.exists()?;
-            stl::load(source.path, factor).map_err(|fault| source.refuse(&fault.0))?
-        }
-        None => {
-            let mut all = Vec::new();
-            for (k, corners) in triangles.iter().flatten().enumerate() {
-                let [Some(a), Some(b), Some(c)] = corners.each_ref().map(given) else {
-                    let key = format!("{key}.triangles.{k}");
-                    let count = points.as_ref().map_or(0, Vec::len);
-                    ensure!(false, key, "names a corner beyond the {count} of points, from 0");
-                    continue;
-                };
-                all.push([a, b, c].map(|x| Vector3::from(*x)));
-            }
-            let fault = |fault: mics_shapes::Fault| Fault { key: key.to_owned(), message: fault.0 };
-            stl::closed(all).map_err(fault)?
-        }
-    };
     if let Some(source) = source {
-        let said = closed.notes.iter();
-        notes.extend(
-            said.map(|n| format!("note         {}: {}: {n}", source.key, source.path.display())),
-        );
+        source.exists()?;
+        let mesh = stl::read(source.path, factor).map_err(|fault| source.refuse(&fault.0))?;
+        let triangles = (0..mesh.len()).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+        let points = mesh.into_iter().flatten().map(Into::into).collect();
+        return Ok(Form::Surface { points, triangles });
     }
-    let mut points: Vec<[f64; 3]> = Vec::new();
-    let mut known = std::collections::HashMap::new();
-    let mut number = |corner: Vector3<f64>| {
-        let placed: [f64; 3] = std::array::from_fn(|a| snapped(corner[a], shift[a], room.size[a]));
-        *known.entry(placed.map(|x| (x + 0.0).to_bits())).or_insert_with(|| {
-            points.push(placed);
-            points.len() - 1
-        })
-    };
-    let triangles = closed.triangles.into_iter().map(|corners| corners.map(&mut number)).collect();
+    let points = points.clone().unwrap_or_default();
+    let triangles = triangles.clone().unwrap_or_default();
+    let beyond = triangles.iter().position(|corners| corners.iter().any(|k| *k >= points.len()));
+    ensure!(
+        beyond.is_none(),
+        format!("{key}.triangles.{}", beyond.unwrap_or(0)),
+        "names a corner beyond the {} of points, from 0",
+        points.len()
+    );
     Ok(Form::Surface { points, triangles })
 }
 

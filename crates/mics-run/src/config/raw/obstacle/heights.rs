@@ -84,11 +84,41 @@ impl Raster {
         along_x.or_else(|| x.iter().find_map(|x| told(ends(y).map(|y| self.height(x, &y)), 1)))
     }
 
-    /// What lies below, in a room of so many dimensions.
+    /// Why none of it is over the box, moved by a vector (m) as it is, where that is so.
+    fn misses(&self, shift: &Vector3<f64>, dimension: usize, room: &Room) -> Option<String> {
+        let given = [&self.x, &self.y];
+        given.iter().enumerate().find_map(|(axis, own)| {
+            let (low, high, size) = (own[0], own[own.len() - 1], room.size[axis]);
+            let x = ["x", "y"][axis];
+            let begin = |a: usize| shift[a] - if a < dimension - 1 { given[a][0] } else { 0.0 };
+            let begin: Vec<f64> = (0..dimension).map(begin).collect();
+            // A single height is that of all.
+            (own.len() > 1 && (high < 0.0 || low > size)).then(|| {
+                format!(
+                    "goes from {low:?} to {high:?} m along {x}, and the box from 0 to {size:?} m: \
+                     set position, the place in the box of the origin of its numbers ({begin:?} \
+                     puts its corner into that of the box), or scale = 0.001 for mm"
+                )
+            })
+        })
+    }
+
+    /// What lies below, moved by a vector (m), in a room of so many dimensions.
     ///
     /// # Errors
-    /// When it does not fit a period, in words.
-    pub fn form(&self, dimension: usize, room: &Room) -> Result<Form, String> {
+    /// When none of it is over the box or it does not fit a period, in words.
+    pub fn form(
+        mut self,
+        dimension: usize,
+        shift: &Vector3<f64>,
+        room: &Room,
+    ) -> Result<Form, String> {
+        self.x.iter_mut().for_each(|x| *x += shift.x);
+        self.y.iter_mut().for_each(|y| *y += shift.y);
+        self.heights.iter_mut().for_each(|h| *h += shift[dimension - 1]);
+        if let Some(why) = self.misses(shift, dimension, room) {
+            return Err(why);
+        }
         let x = places(&self.x, room.size.x, room.periodic[0]);
         let deep = -room.size[dimension - 1];
         if dimension == 2 {

@@ -18,8 +18,10 @@ fn obstacle(keys: &str) -> String {
 fn case(dimension: usize, keys: &str, files: &[(&str, &str)]) -> Case {
     let case = loaded(&text(dimension, &obstacle(keys)), files).unwrap_or_else(|e| panic!("{e}"));
     let case = case.case;
-    // The files are gone by now.
-    assert_eq!(written(&case.to_toml()).unwrap(), case, "{}", case.to_toml());
+    // The files are gone by now. A run that goes on compares the texts.
+    let again = written(&case.to_toml()).unwrap();
+    assert_eq!(again, case, "{}", case.to_toml());
+    assert_eq!(again.to_toml(), case.to_toml());
     case
 }
 
@@ -159,6 +161,105 @@ fn refused(cases: &[(usize, String, &str, &str)]) {
 }
 
 #[test]
+fn corners_within_rounding_of_a_side_read_back_as_they_ran() {
+    // Heights and points a millionth of the box from its sides.
+    let line = "heights = { points = [[0.05, 1e-8], [0.1, 0.04], [0.15, 0.2000000001]] }";
+    case(2, line, &[]);
+    let raster = "x,y,z\n0.05,0.05,0.03\n0.1500000001,0.05,1e-9\n0.05,0.15,0.06\n\
+        0.1500000001,0.15,0.05\n";
+    case(3, "heights = { file = \"bed.csv\" }", &[("bed.csv", raster)]);
+    let near = CUBE.replace("0.05]", "1e-9]").replace("0.15, 0.15, 0.15]", "0.15, 0.2, 0.15]");
+    case(3, &format!("surface = {{ {near}, {FACES} }}"), &[]);
+}
+
+#[test]
+fn numbers_of_another_unit_or_place_are_refused_with_file_and_cure() {
+    let stl = |length: f64| {
+        let mut text = "solid cube\n".to_owned();
+        let numbers: Vec<Vec<usize>> = FACES[12..]
+            .split("], [")
+            .map(|t| t.split(',').map(|n| n.trim_matches(['[', ']', ' ']).parse().unwrap()))
+            .map(Iterator::collect)
+            .collect();
+        for corners in numbers {
+            text += "facet normal 0 0 0\nouter loop\n";
+            for k in corners {
+                let ends = [[0, 3, 4, 7].contains(&k), [0, 1, 4, 5].contains(&k), k < 4];
+                let [x, y, z] = ends.map(|low| if low { 0.0 } else { length });
+                text += &format!("vertex {x:?} {y:?} {z:?}\n");
+            }
+            text += "endloop\nendfacet\n";
+        }
+        text + "endsolid\n"
+    };
+    let closed = |keys: &str| text(3, &obstacle(keys)).replace("\"periodic\"", "\"wall\"");
+    let surface = |scale: &str| {
+        let keys = format!("surface = {{ file = \"cube.stl\"{scale} }}\n");
+        closed(&(keys + "position = [0.06, 0.06, 0.06]"))
+    };
+    let (key, message) = refusal(&surface(""), &[("cube.stl", &stl(40.0))]);
+    assert_eq!(key, "obstacle.0.surface.file");
+    for part in ["cube.stl: is 200 times as long as the box", "scale = 0.001"] {
+        assert!(message.contains(part), "{message}");
+    }
+    let scaled = loaded(&surface(", scale = 0.001"), &[("cube.stl", &stl(40.0))]).unwrap();
+    assert!(scaled.notes.is_empty(), "{:?}", scaled.notes);
+    // A surface that is drawn on beyond the box may be much longer than that, and is said.
+    let long = loaded(&surface(""), &[("cube.stl", &stl(4.0))]).unwrap();
+    assert!(long.notes[0].contains("is 20 times as long as the box"), "{:?}", long.notes);
+
+    let raster = |x: f64, n: usize| {
+        let rows = "0.02 ".repeat(n) + "\n";
+        let head = format!("ncols {n}\nnrows {n}\nxllcorner {x:?}\nyllcorner 5870000\n");
+        head + "cellsize 0.1\n" + &rows.repeat(n)
+    };
+    let bed = |at: &str| closed(&format!("heights = {{ file = \"h.asc\" }}\n{at}"));
+    let (key, message) = refusal(&bed(""), &[("h.asc", &raster(384000.0, 3))]);
+    assert_eq!(key, "obstacle.0.heights.file");
+    for part in ["h.asc: goes from 384000.05 to 384000.25 m along x", "position"] {
+        assert!(message.contains(part), "{message}");
+    }
+    // One that is larger than the box, and one that covers a part of it.
+    for (position, n) in [("[-384001.0, -5870001.0, 0.0]", 30), ("[-383999.9, -5870000.2, 0.0]", 3)]
+    {
+        let moved = format!("position = {position}");
+        loaded(&bed(&moved), &[("h.asc", &raster(384000.0, n))]).unwrap();
+    }
+    let line = "heights = { points = [[5.0, 0.02], [6.0, 0.06]] }";
+    let (key, message) = refusal(&text(2, &obstacle(line)), &[]);
+    assert!(key == "obstacle.0.heights" && message.contains("along x"), "{key} {message}");
+}
+
+#[test]
+fn directory_in_place_of_a_file_is_called_one() {
+    for (dimension, keys) in [(3, "surface"), (3, "heights"), (2, "polygon")] {
+        let named = format!("{keys} = {{ file = \".\" }}");
+        let (key, message) = refusal(&text(dimension, &obstacle(&named)), &[]);
+        assert_eq!(key, format!("obstacle.0.{keys}.file"));
+        assert!(message.contains("is a directory: name a file in it"), "{message}");
+    }
+}
+
+#[test]
+fn turning_obstacle_in_a_periodic_box_turns_about_its_centre_of_volume() {
+    // Periodic along x.
+    let paddle = "motion = { prescribed = { spin = 2.0 } }\npolygon = { points = [[0.03, 0.08], \
+        [0.05, 0.08], [0.05, 0.12], [0.03, 0.12]] }";
+    let found = case(2, paddle, &[]);
+    let wall = &found.obstacle[0].wall;
+    assert!((wall.centre()[0] - 0.04).abs() < 1e-12 && (wall.centre()[1] - 0.1).abs() < 1e-12);
+    let said = &found.describe_obstacles()[0].1;
+    assert!(said.contains("turns about (0.04, 0.1) m"), "{said}");
+    let [low, high] = wall.bounds();
+    assert!((low.x - 0.03).abs() < 1e-12 && (high.x - 0.05).abs() < 1e-12, "{low} {high}");
+    for (x, y, exact) in [(0.04, 0.15, 0.03), (0.11, 0.1, 0.06), (0.035, 0.1, -0.005)] {
+        assert!((wall.nearest(&[x, y]).distance - exact).abs() < 1e-12, "{x} {y}");
+    }
+    let given = case(2, &format!("{paddle}\ncentre = [0.045, 0.1]"), &[]);
+    assert_eq!(given.obstacle[0].wall.centre(), [0.045, 0.1]);
+}
+
+#[test]
 fn measures_and_particles_beside_an_obstacle_are_checked() {
     let square = "[[0.05, 0.05], [0.15, 0.05], [0.15, 0.15], [0.05, 0.15]]";
     let polygon = format!("polygon = {{ points = {square} }}");
@@ -182,7 +283,7 @@ fn measures_and_particles_beside_an_obstacle_are_checked() {
             polygon.clone()
                 + "\n[[measure]]\nname = \"d\"\nkind = \"force\"\nobstacle = \"pillar\"\n",
             "measure.0.obstacle",
-            "pillar",
+            "no obstacle has the name \"pillar\"",
         ),
         (2, polygon + &disc(0.03), "obstacle.0", "particle 0 reaches 0.005"),
     ];

@@ -1,9 +1,15 @@
 //! An obstacle as the program sees it: its surface in the axes of the box.
 
 use super::{Outlines, Surface};
-use mics_shapes::{Fault, Geometry, Nearest, Obstacle as Solid, Room};
+use crate::config::raw::shape::outline::nested;
+use mics_shapes::{Fault, Geometry, Nearest, Obstacle as Solid, Room, stl};
 use nalgebra::Vector3;
+use std::collections::HashMap;
 use std::sync::Arc;
+
+/// Part of the box's length within which a corner lies on a side: what single numbers of an STL
+/// file tell apart.
+const ON_SIDE: f64 = 1e-6;
 
 /// What an obstacle is made of, in the axes of the box (m).
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +23,78 @@ pub(in crate::config) enum Form {
         /// Those of each triangle, by number.
         triangles: Vec<[usize; 3]>,
     },
+}
+
+impl Form {
+    /// Its corners by a function of each axis and coordinate.
+    fn map(&mut self, moved: impl Fn(usize, f64) -> f64) {
+        let each = |a: usize, x: &mut f64| *x = moved(a, *x);
+        match self {
+            Form::Outlines(all) => {
+                all.iter_mut().flatten().for_each(|p| (0..2).for_each(|a| each(a, &mut p[a])));
+            }
+            Form::Surface { points, .. } => {
+                points.iter_mut().for_each(|p| (0..3).for_each(|a| each(a, &mut p[a])));
+            }
+        }
+    }
+
+    /// Itself moved by `shift` (m) and as a run's own case has it, so that it reads back the same:
+    /// corners within rounding of a side of the box on it, surfaces closed, holes turned; and what
+    /// was corrected.
+    ///
+    /// # Errors
+    /// Those of [`stl::closed`].
+    pub fn placed(
+        mut self,
+        shift: &Vector3<f64>,
+        room: &Room,
+    ) -> Result<(Form, Vec<String>), Fault> {
+        self.map(|a, x| {
+            let (x, size) = (x + shift[a], room.size[a]);
+            [0.0, size].into_iter().find(|side| (x - side).abs() <= ON_SIDE * size).unwrap_or(x)
+        });
+        let (given, triangles) = match self {
+            Form::Outlines(all) => return Ok((Form::Outlines(nested(all)), Vec::new())),
+            Form::Surface { points, triangles } => (points, triangles),
+        };
+        let corners = |t: &[usize; 3]| t.map(|k| Vector3::from(given[k]));
+        let stl::Surface { triangles, notes } =
+            stl::closed(triangles.iter().map(corners).collect())?;
+        let mut points: Vec<[f64; 3]> = Vec::new();
+        let mut known = HashMap::new();
+        let mut number = |corner: Vector3<f64>| {
+            *known.entry(<[f64; 3]>::from(corner).map(f64::to_bits)).or_insert_with(|| {
+                points.push(corner.into());
+                points.len() - 1
+            })
+        };
+        let triangles = triangles.into_iter().map(|t| t.map(&mut number)).collect();
+        Ok((Form::Surface { points, triangles }, notes))
+    }
+
+    /// Its largest extent along an axis (m).
+    pub fn length(&self) -> f64 {
+        let all: Vec<Vector3<f64>> = match self {
+            Form::Outlines(all) => {
+                all.iter().flatten().map(|[x, y]| Vector3::new(*x, *y, 0.0)).collect()
+            }
+            Form::Surface { points, .. } => points.iter().map(|p| Vector3::from(*p)).collect(),
+        };
+        let [low, high] =
+            [f64::min, f64::max].map(|end| all.iter().copied().reduce(|a, b| a.zip_map(&b, end)));
+        low.zip(high).map_or(0.0, |(low, high)| (high - low).amax())
+    }
+
+    fn solid(&self, room: &Room) -> Result<Solid, Fault> {
+        match self {
+            Form::Outlines(outlines) => Solid::outlines(outlines, room),
+            Form::Surface { points, triangles } => {
+                let corners = |t: &[usize; 3]| t.map(|k| Vector3::from(points[k]));
+                Solid::simplified(&triangles.iter().map(corners).collect::<Vec<_>>(), room)
+            }
+        }
+    }
 }
 
 /// A wall of any shape.
@@ -34,29 +112,32 @@ impl PartialEq for Wall {
 }
 
 impl Wall {
-    /// A wall of this form in a room, with this centre (m), or that of its volume.
+    /// A wall of this form in a room, with this centre (m), or that of its volume; of one that rests
+    /// along periodic axes the middle of the room, which it may go on across.
     ///
     /// # Errors
     /// When it is none, in words.
-    pub(super) fn new(form: Form, room: &Room, centre: Option<Vec<f64>>) -> Result<Wall, Fault> {
-        let solid = match &form {
-            Form::Outlines(outlines) => Solid::outlines(outlines, room)?,
-            Form::Surface { points, triangles } => {
-                let corners = |t: &[usize; 3]| t.map(|k| Vector3::from(points[k]));
-                Solid::simplified(&triangles.iter().map(corners).collect::<Vec<_>>(), room)?
-            }
-        };
-        let middle = solid.centre();
-        let at = match centre {
-            Some(given) => Vector3::from_fn(|a, _| given.get(a).copied().unwrap_or(middle[a])),
-            None => {
-                let of_volume = solid.centre_of_volume();
-                Vector3::from_fn(|a, _| if room.periodic[a] { middle[a] } else { of_volume[a] })
-            }
-        };
-        let dimension = solid.dimension();
-        let solid = if at == middle { solid } else { solid.about(&at)? };
-        let centre = at.iter().take(dimension).copied().collect();
+    pub(super) fn new(
+        form: Form,
+        room: &Room,
+        centre: Option<Vec<f64>>,
+        moves: bool,
+    ) -> Result<Wall, Fault> {
+        let mut solid = form.solid(room)?;
+        let (middle, of_volume) = (solid.centre(), solid.centre_of_volume());
+        let usual = |a: usize| if room.periodic[a] && !moves { middle[a] } else { of_volume[a] };
+        let given = |a: usize| centre.as_ref().and_then(|centre| centre.get(a)).copied();
+        let at = Vector3::from_fn(|a, _| given(a).unwrap_or_else(|| usual(a)));
+        // Seen from the middle of a period, which may begin anywhere, images are as far away on
+        // both sides.
+        let own = Vector3::from_fn(|a, _| if room.periodic[a] { middle[a] } else { at[a] });
+        if (0..3).any(|a| room.periodic[a] && at[a] != middle[a]) {
+            let mut moved = form.clone();
+            moved.map(|a, x| if room.periodic[a] { x + (middle[a] - at[a]) } else { x });
+            solid = moved.solid(room)?;
+        }
+        let solid = if own == middle { solid } else { solid.about(&own)? };
+        let centre = at.iter().take(solid.dimension()).copied().collect();
         Ok(Wall { form: Arc::new(form), geometry: Arc::new(solid), centre })
     }
 
@@ -85,7 +166,9 @@ impl Wall {
 
     /// The ends of its surface in the box along each axis (m).
     pub fn bounds(&self) -> [Vector3<f64>; 2] {
-        self.geometry.bounds()
+        let centre = self.geometry.centre();
+        let moved = Vector3::from_fn(|a, _| self.centre.get(a).map_or(0.0, |at| at - centre[a]));
+        self.geometry.bounds().map(|end| end + moved)
     }
 
     /// Width of its thinnest part (m); infinite where there is none.

@@ -18,7 +18,8 @@ const FILLED: f64 = 0.05;
 /// When it is not a closed surface, in words, without the name of the file.
 pub(super) fn hull(path: &Path, factor: f64) -> Result<(Vec<[f64; 3]>, Vec<String>), String> {
     let words = |fault: Fault| fault.0;
-    let Surface { triangles, mut notes } = stl::load(path, factor).map_err(words)?;
+    let mesh = stl::read(path, factor).map_err(words)?;
+    let Surface { triangles, mut notes } = stl::closed(mesh).map_err(words)?;
     let solid = mics_shapes::Polyhedron::new(&triangles, 0.0).map_err(words)?;
     let excess = solid.hull_excess();
     if excess > FILLED {

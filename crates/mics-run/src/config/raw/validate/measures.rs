@@ -12,19 +12,20 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
     let names: Vec<Option<&str>> =
         case.particle.iter().map(|particle| particle.name.as_deref()).collect();
     let walls: Vec<Option<&str>> = case.obstacle.iter().map(|o| o.name.as_deref()).collect();
-    let found_in = |names: &[Option<&str>], which: &Which, key: String| match which {
+    let found_in = |kind, names: &[Option<&str>], which: &Which, key: String| match which {
         Which::Id(id) => Ok(vec![*id]),
         Which::Named(name) => {
             let ids: Vec<usize> = (0..names.len()).filter(|id| names[*id] == Some(name)).collect();
-            ensure!(!ids.is_empty(), key, "{}", unnamed(name, names.iter().flatten().copied()));
+            let known = names.iter().flatten().copied();
+            ensure!(!ids.is_empty(), key, "{}", unnamed(kind, name, known));
             Ok(ids)
         }
     };
-    let found = |which: &Which, key: String| found_in(&names, which, key);
+    let found = |which: &Which, key: String| found_in("particle", &names, which, key);
     for (index, measure) in case.measure.iter_mut().enumerate() {
         if let Some(obstacle) = &measure.obstacle {
             let key = format!("measure.{index}.obstacle");
-            let id = found_in(&walls, obstacle, key.clone())?[0];
+            let id = found_in("obstacle", &walls, obstacle, key.clone())?[0];
             ensure!(
                 id < walls.len(),
                 key,
