@@ -325,7 +325,7 @@ impl<const D: usize> CutBody<D> {
                 if touched && owned > 0.0 {
                     self.add_own_cell(self.solid[touched_cells - 1].arm, owned, cell);
                 }
-                if (s <= tight || cleared) && owned > 0.0 {
+                if (s <= tight.max(around.within) || cleared) && owned > 0.0 {
                     let s = (s, normal, cleared);
                     self.add_ghost_cell(around, k, &image, &arm, s, owned, cell);
                 }
@@ -365,7 +365,9 @@ impl<const D: usize> CutBody<D> {
         let (mut stencil, mut weight) = (Stencil::STILL, 1.0);
         if s > 0.0 && !cleared {
             (stencil, weight) = self.stencils.profile_across(around, image, &normal(), s);
-            if weight == 0.0 && !shared {
+            if weight == 0.0 && s <= around.within {
+                (stencil, weight) = (self.stencils.profile(around, image, &normal(), s), 1.0);
+            } else if weight == 0.0 && !shared {
                 return;
             }
         } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
