@@ -2,8 +2,8 @@
 //! contacts and overlaps.
 
 use crate::Result;
-use super::layer::fall_speed;
 use crate::config::{Case, Contact, Loaded, Obstacle, Particle, Shape, Side, WallRule};
+use crate::drag::terminal_speed;
 use crate::particles::Body;
 use crate::scene::Scene;
 use crate::words::{brief, whole};
@@ -149,19 +149,24 @@ fn thin_obstacles(case: &Case) -> Vec<String> {
 
 /// Bodies with flat faces that may sink flat onto another face through a film that no cell
 /// resolves, and that would hold them: by Reynolds' `w = mu L^n V/g^3` of two faces L long a gap g
-/// apart, n = 3 per metre of depth and 4 in 3D, their speed V is less in a gap of a spacing than
-/// what they come to elsewhere.
+/// apart, n = 3 per metre of depth and 4 in 3D, their speed V in a gap of a spacing is less than a
+/// tenth of their terminal speed.
 pub fn flat_films(case: &Case) -> Option<String> {
     let h = case.spacings().into_iter().fold(0.0, f64::max);
-    let gravity = case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let (gravity, nu) = (
+        case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt(),
+        case.fluid.viscosity / case.fluid.density,
+    );
     let flat = |p: &Particle| matches!(p.shape.name(), "polygon" | "polyhedron");
     let faces = !case.obstacle.is_empty()
         || case.particle.iter().filter(|p| flat(p)).count() > 1
         || case.boundary.iter().flatten().any(|s| matches!(s, Side::Wall | Side::MovingWall(_)));
     let held = |p: &Particle| {
-        let weight = (p.density - case.fluid.density).abs() * gravity * p.shape.volume();
-        let film = case.fluid.viscosity * face_length(&p.shape).powi(case.dimension() as i32 + 1);
-        weight * h.powi(3) < film * fall_speed(case, p)
+        let weight = (p.density / case.fluid.density - 1.0).abs() * gravity;
+        let terminal = terminal_speed(case.dimension() == 3, p.shape.diameter(), weight, nu);
+        let film = nu * face_length(&p.shape).powi(case.dimension() as i32 + 1);
+        (f64::MIN_POSITIVE..0.1 * film * terminal)
+            .contains(&(weight * p.shape.volume() * h.powi(3)))
     };
     let one = case.particle.iter().position(|p| faces && flat(p) && p.is_free() && held(p))?;
     Some(format!(

@@ -281,9 +281,9 @@ impl Work {
                     + holds(freedom.rotation, torque, &turn);
                 work.gravity += weight.dot(&way);
                 work.prescribed += lock;
-                if let Some(exact) = contacts.and_then(|contacts| {
-                    contacts.work_on(k, body, &before.velocity, &way, s.dt)
-                }) {
+                if let Some(exact) = contacts
+                    .and_then(|contacts| contacts.work_on(k, body, &before.velocity, &way, s.dt))
+                {
                     work.contacts += exact;
                 } else if struck {
                     work.contacts +=
