@@ -2,6 +2,7 @@
 //! needed and what is not.
 
 mod blocked;
+mod channel;
 mod disk;
 mod estimate;
 mod flow;
@@ -93,6 +94,8 @@ pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<
         .chain(particles::unresolved(case))
         .chain(layer::describe(case))
         .chain(shut(case, scene))
+        .chain(channel::narrow(case, scene))
+        .chain(particles::flat_films(case))
         .chain(run_into(case, scene))
         .chain(locked_into(case, scene))
         .chain(contacts(case, scene, later));
@@ -116,6 +119,7 @@ fn describe<const D: usize>(
     lines.extend(flow::reynolds(case));
     lines.extend(layer::describe(case));
     lines.extend(shut(case, &scene));
+    lines.extend(channel::narrow(case, &scene));
     lines.extend(run_into(case, &scene));
     lines.extend(locked_into(case, &scene));
     lines.extend(particles::pressed(case, &scene));

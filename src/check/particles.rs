@@ -2,10 +2,12 @@
 //! contacts and overlaps.
 
 use crate::Result;
-use crate::config::{Case, Contact, Loaded, Obstacle, Particle, Side, WallRule};
+use crate::config::{Case, Contact, Loaded, Obstacle, Particle, Shape, Side, WallRule};
+use crate::drag::terminal_speed;
 use crate::particles::Body;
 use crate::scene::Scene;
 use crate::words::{brief, whole};
+use nalgebra::Vector3;
 
 /// Cells across a particle below which its flow is not resolved, and below which its forces are off
 /// by many per cent.
@@ -29,6 +31,7 @@ pub fn describe(case: &Case) -> Vec<String> {
     lines.extend(untouchable(case));
     lines.extend(unresolved(case));
     lines.extend(thin_obstacles(case));
+    lines.extend(flat_films(case));
     lines.extend(unusual(case));
     lines.extend(out_of_range(case));
     lines.extend(mixed_impacts(case));
@@ -142,6 +145,46 @@ fn thin_obstacles(case: &Case) -> Vec<String> {
         })
     };
     case.obstacle.iter().enumerate().filter_map(thin).collect()
+}
+
+/// Bodies with flat faces that may sink flat onto another face through a film that no cell
+/// resolves, and that would hold them: by Reynolds' `w = mu L^n V/g^3` of two faces L long a gap g
+/// apart, n = 3 per metre of depth and 4 in 3D, their speed V in a gap of a spacing is less than a
+/// tenth of their terminal speed.
+pub fn flat_films(case: &Case) -> Option<String> {
+    let h = case.spacings().into_iter().fold(0.0, f64::max);
+    let (gravity, nu) = (
+        case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt(),
+        case.fluid.viscosity / case.fluid.density,
+    );
+    let flat = |p: &Particle| matches!(p.shape.name(), "polygon" | "polyhedron");
+    let faces = !case.obstacle.is_empty()
+        || case.particle.iter().filter(|p| flat(p)).count() > 1
+        || case.boundary.iter().flatten().any(|s| matches!(s, Side::Wall | Side::MovingWall(_)));
+    let held = |p: &Particle| {
+        let weight = (p.density / case.fluid.density - 1.0).abs() * gravity;
+        let terminal = terminal_speed(case.dimension() == 3, p.shape.diameter(), weight, nu);
+        let film = nu * face_length(&p.shape).powi(case.dimension() as i32 + 1);
+        (f64::MIN_POSITIVE..0.1 * film * terminal)
+            .contains(&(weight * p.shape.volume() * h.powi(3)))
+    };
+    let one = case.particle.iter().position(|p| faces && flat(p) && p.is_free() && held(p))?;
+    Some(format!(
+        "warning      {} has flat faces: where one comes to lie flat on another, the film between \
+        them has the resistance of a disc's, and it may close 60 times too fast",
+        case.called(one)
+    ))
+}
+
+/// Length of the largest flat face (m): in 3D the root of its area.
+fn face_length(shape: &Shape) -> f64 {
+    let Some(solid) = shape.solid() else { return 0.0 };
+    let patches = solid.geometry().surface(shape.bounding_diameter());
+    let face = |n: &Vector3<f64>| -> f64 {
+        patches.iter().filter(|p| p.normal.dot(n) > 1.0 - 1e-9).map(|p| p.area).sum()
+    };
+    let largest = patches.iter().map(|p| face(&p.normal)).fold(0.0, f64::max);
+    if shape.dimension() == 2 { largest } else { largest.sqrt() }
 }
 
 /// How the cells across the thinnest part of any particle are said: that of a round one is all of

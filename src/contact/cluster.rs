@@ -284,11 +284,29 @@ impl Contacts {
     }
 
     /// Work of all contacts on a body over the last step (J), which now has the velocity at its
-    /// end: known where the bound on the work of its cluster was looked at.
-    pub fn work_on(&self, k: usize, body: &Body) -> Option<f64> {
+    /// end, had the velocity `start` (m/s) at its start and was moved by `way` (m) in the step of
+    /// `dt` (s): known where the bound on the work of its cluster was looked at.
+    ///
+    /// ```text
+    ///   J.(v_0 + v_1)/2 - a.sum J_i (dt - t_i)        v_0: without J, a = (v_0 - v)/dt
+    ///              sum J_i (dt - t_i) = M (way - dt (v + v_0)/2)
+    /// ```
+    /// v_0 is that of the step's end; a contact at the time `t_i` meets a body that the other
+    /// forces have not brought so far.
+    pub fn work_on(
+        &self,
+        k: usize,
+        body: &Body,
+        start: &Vector3<f64>,
+        way: &Vector3<f64>,
+        dt: f64,
+    ) -> Option<f64> {
         let ([velocity, spin], Impulse { linear, angular }) =
             (self.clusters.without[k]?, self.impulses[k]);
-        Some(0.5 * (linear.dot(&(velocity + body.velocity)) + angular.dot(&(spin + body.spin))))
+        let bent = way / dt - 0.5 * (start + velocity);
+        let early = self.mass_in_contact(body) * bent.dot(&(velocity - start));
+        let turned = angular.dot(&(spin + body.spin));
+        Some(0.5 * (linear.dot(&(velocity + body.velocity)) + turned) - early)
     }
 
     /// Takes back what the bound leaves of the impulses, and what that is for each body, in

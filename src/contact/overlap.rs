@@ -67,11 +67,10 @@ impl Contacts {
             .max(pressed / depth.powf(exponent));
         Error::Run(format!(
             "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {:.2} is the \
-            limit, at {:.3e} m/s: its \
-             stiffness is too small for what strikes or presses it; make the contact stiffer, \
-             {:.1e} N/m^exponent or \"auto\", or the step shorter; what is prescribed to press \
-             them together \
-             no stiffness holds",
+            limit, at {:.3e} m/s: its stiffness is too small for what strikes or presses it; \
+            contact.normal_stiffness = {:.1e} would hold it (\"auto\" knows impacts and weights, \
+            not the pressure in a passage that a body shuts), or a shorter step; what is \
+            prescribed to press them together no stiffness holds",
             self.name(pair),
             overlap / radius,
             limit / radius,

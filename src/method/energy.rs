@@ -9,7 +9,8 @@
 //!            sides of the box, less
 //!            viscous = dt mu ( sum over faces |u_c - u_(c-1)|^2/h^2 dV (1 - alpha)
 //!                 + 2 sum of w^2 V )
-//!              (alpha: mean of both cells)
+//!              (alpha: the solid fraction of the volume about the face, of round bodies the mean
+//!              of both cells')
 //!   contacts what all bodies gain of them = what springs release and moving walls give,
 //!                 less what dampers, friction, films take
 //! ```
@@ -21,7 +22,7 @@
 use crate::Result;
 use crate::contact::{Contacts, Impulse};
 use crate::domain::{Domain, Fluid};
-use crate::geometry::Overlap;
+use crate::geometry::{Cut, Overlap};
 use crate::grid::{Coefficient, Grid, VectorField, simd, total};
 use crate::kernels::boundary;
 use crate::method::Method;
@@ -217,7 +218,7 @@ impl Powers {
             &s.p,
         );
         let mut powers =
-            [flow, shear, if all { viscosity * slopes(domain, &s.u, method) } else { 0.0 }];
+            [flow, shear, if all { viscosity * slopes(domain, s, method) } else { 0.0 }];
         domain.session.sum(&mut powers)?;
         let [flow, shear, mut dissipated] = powers;
         if let (true, Coefficient::Uniform(_)) = (all, &method.mixture().density) {
@@ -280,7 +281,9 @@ impl Work {
                     + holds(freedom.rotation, torque, &turn);
                 work.gravity += weight.dot(&way);
                 work.prescribed += lock;
-                if let Some(exact) = contacts.and_then(|contacts| contacts.work_on(k, body)) {
+                if let Some(exact) = contacts
+                    .and_then(|contacts| contacts.work_on(k, body, &before.velocity, &way, s.dt))
+                {
                     work.contacts += exact;
                 } else if struck {
                     work.contacts +=
@@ -327,17 +330,29 @@ fn of_fluid<const D: usize>(
 
 /// This rank's part of `sum |grad u|^2 dV` over the fluid outside the bodies, by the faces of the
 /// cells; ghosts filled.
-fn slopes<const D: usize>(domain: &Domain<D>, u: &VectorField<D>, method: &dyn Method<D>) -> f64 {
-    let grid = &domain.grid;
+fn slopes<const D: usize>(domain: &Domain<D>, s: &State<D>, method: &dyn Method<D>) -> f64 {
+    let (grid, u) = (&domain.grid, &s.u);
     let mut slopes = low_slopes(grid, u);
-    for o in method.overlaps() {
-        // Half of what each of its two cells has of a body is taken from a face, so that mirrored
-        // flows lose the same.
-        let at = |axis: usize, face: usize| {
-            u.iter().map(|u| slope(u, face, grid.stride[axis], grid.h[axis])).sum::<f64>()
-        };
-        let own = |axis: usize| at(axis, o.cell) + at(axis, o.cell + grid.stride[axis]);
-        slopes -= 0.5 * o.fraction * (0..D).map(own).sum::<f64>();
+    let at = |axis: usize, face: usize| {
+        u.iter().map(|u| slope(u, face, grid.stride[axis], grid.h[axis])).sum::<f64>()
+    };
+    for (k, (body, cells)) in s.bodies.iter().zip(method.overlaps_by_body()).enumerate() {
+        if !body.is_round() && method.covered_faces(k, 0).is_some() {
+            // Half of each cell would count the slope a cell deep inside a flat wall for fluid: in
+            // a channel of three cells half of all dissipation.
+            for axis in 0..D {
+                let cuts = method.covered_faces(k, axis).unwrap_or_default();
+                let solid = |cut: &Cut| cut.solid_fraction * at(axis, cut.face as usize);
+                slopes -= cuts.iter().filter(|cut| cut.owned).map(solid).sum::<f64>();
+            }
+            continue;
+        }
+        for o in cells {
+            // Half of what each of its two cells has of a body is taken from a face, so that
+            // mirrored flows lose the same.
+            let own = |axis: usize| at(axis, o.cell) + at(axis, o.cell + grid.stride[axis]);
+            slopes -= 0.5 * o.fraction * (0..D).map(own).sum::<f64>();
+        }
     }
     // A face of the boundary belongs to what lies between it and the cell; of the high boundaries
     // no cell has had it yet.

@@ -13,7 +13,7 @@ mod stabilised;
 use crate::Result;
 use crate::contact::Contacts;
 use crate::domain::Domain;
-use crate::geometry::Overlap;
+use crate::geometry::{Cut, Overlap};
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::poisson::pressure::Projected;
@@ -87,6 +87,12 @@ pub trait Method<const D: usize>: Any {
 
     /// The cells of this rank that the body `k` touches; `None` past the last one.
     fn overlaps_of(&self, _k: usize) -> Option<&[Overlap]> {
+        None
+    }
+
+    /// The faces along an axis of this rank that the body `k` covers; `None` of a method that has
+    /// none.
+    fn covered_faces(&self, _k: usize, _axis: usize) -> Option<&[Cut]> {
         None
     }
 

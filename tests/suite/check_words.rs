@@ -183,3 +183,102 @@ fn check_warns_of_many_stages_for_body_beside_wall() {
     assert!(case(0.0052, "rkl2"));
     assert!(!case(0.0052, "rk2") && !case(0.015, "rkl2"));
 }
+
+/// The flow through a channel of two or three cells is far from right.
+#[test]
+fn channels_of_few_cells_are_warned_of() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    let words = |obstacles: &[[f64; 4]]| {
+        let outline = |[x, y, to_x, to_y]: &[f64; 4]| {
+            format!(
+                "[[obstacle]]\npolygon = {{ points = [[{x}, {y}], [{to_x}, {y}], [{to_x}, {to_y}], \
+                [{x}, {to_y}]] }}\n"
+            )
+        };
+        let text = format!(
+            "name = \"channel\"\ndomain = {{ size = [1.0, 1.0], cells = [24, 24] }}\n\
+            fluid = {{ density = 1.0, viscosity = 1.0 }}\n\
+            boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", \
+            north = \"wall\" }}\ntime.end = 0.1\n{}",
+            obstacles.iter().map(outline).collect::<String>()
+        );
+        std::fs::write(&case, text).unwrap();
+        let (code, said) = says(&["check", case.to_str().unwrap()]);
+        assert_eq!(code, Some(0), "{said}");
+        said.lines().find(|line| line.contains("the channel between")).map(str::to_owned)
+    };
+    let bed = [0.0, -0.2, 1.0, 0.4375];
+    for (obstacles, said) in [
+        (&[bed, [0.0, 0.5625, 1.0, 1.2]][..], Some(["obstacle 0 and obstacle 1", "3.0 cells"])),
+        (&[bed, [0.0, 0.65, 1.0, 1.2]], None),
+        // A pier that stands in the bed, and one on it.
+        (&[bed, [0.3, 0.3, 0.6, 0.7]], None),
+        (&[bed, [0.3, 0.4375, 0.6, 0.7]], None),
+        (&[bed, [0.3, 0.3, 0.6, 0.9]], Some(["obstacle 1 and the side north", "2.4 cells"])),
+    ] {
+        let found = words(obstacles);
+        let right = match (&found, said) {
+            (Some(found), Some(said)) => said.iter().all(|part| found.contains(part)),
+            (found, said) => found.is_none() && said.is_none(),
+        };
+        assert!(right, "{obstacles:?}: {found:?}");
+    }
+}
+
+/// No film of two faces holds a plank that sinks flat in oil; in water none would.
+#[test]
+fn films_between_flat_faces_are_warned_of() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    let plank = "polygon = { points = [[0, 0], [0.02, 0], [0.02, 0.005], [0, 0.005]] }";
+    for (shape, viscosity, warned) in
+        [(plank, 0.1, true), (plank, 1e-3, false), ("disc = { diameter = 0.01 }", 0.1, false)]
+    {
+        let text = format!(
+            "name = \"plank\"\ndomain = {{ size = [0.06, 0.03], cells = [48, 24] }}\n\
+            fluid = {{ density = 1000.0, viscosity = {viscosity}, gravity = [0.0, -9.81] }}\n\
+            boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \
+            \"wall\" }}\ncontact = {{}}\ntime.end = 0.3\n[[particle]]\nshape = {{ {shape} }}\n\
+            position = [0.03, 0.0055]\ndensity = 2650.0\n"
+        );
+        std::fs::write(&case, text).unwrap();
+        let (code, said) = says(&["check", case.to_str().unwrap()]);
+        assert!(code == Some(0) && said.contains("has flat faces") == warned, "{said}");
+    }
+}
+
+/// The drag of a cylinder of eight cells at Re = 100 is up to 6 % too much, and 2 % at twelve.
+#[test]
+fn cylinder_of_eight_cells_is_advised_twelve() {
+    let case = shipped("cases/cylinder-wake/case.toml");
+    let (code, said) = says(&["check", case.to_str().unwrap()]);
+    assert!(code == Some(0) && said.contains(": 12 cells a diameter would resolve it"), "{said}");
+}
+
+/// A stone that shuts a passage is pressed by what no "auto" knows of: the stiffness that the
+/// message names holds it.
+#[test]
+fn stiffness_named_when_overlap_is_too_deep_holds_the_body() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = dir.path().join("case.toml");
+    let text = "name = \"gap\"\ndomain = { size = [2.0, 1.0], cells = [60, 30] }\n\
+        fluid = { density = 1.0, viscosity = 0.02 }\n\
+        boundary = { west.inflow = [1.0, 0.0], east = \"outflow\", south = \"wall\", north = \
+        \"wall\" }\ncontact.friction = 0.4\ntime.end = 0.5\n\
+        pressure.divergence_limit = 1.0e-6\noutput.figures = false\n\
+        [[obstacle]]\npolygon.points = [[1.0, -0.1], [1.2, -0.1], [1.2, 0.35], [1.0, 0.35]]\n\
+        [[obstacle]]\npolygon.points = [[1.0, 0.65], [1.2, 0.65], [1.2, 1.1], [1.0, 1.1]]\n\
+        [[particle]]\nshape.polygon.points = [[0, 0], [0.38, 0], [0.4, 0.36], [0.1, 0.42]]\n\
+        position = [0.7, 0.5]\ndensity = 2.65\norientation = 5.0\n";
+    std::fs::write(&case, text).unwrap();
+    let out = dir.path().join("run");
+    let (case, out) = (case.to_str().unwrap(), out.to_str().unwrap());
+    let (code, said) = says(&["run", case, "--ranks", "1", "--out", out]);
+    let named = said.split("contact.normal_stiffness = ").nth(1).unwrap_or_default();
+    let stiffness = named.split(' ').next().unwrap_or_default();
+    assert!(code == Some(3) && !stiffness.is_empty(), "{said}");
+    let set = format!("contact.normal_stiffness={stiffness}");
+    let (code, said) = says(&["run", case, "--ranks", "1", "--out", out, "--force", "--set", &set]);
+    assert_eq!(code, Some(0), "{said}");
+}

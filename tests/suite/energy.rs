@@ -145,6 +145,54 @@ fn rebound_contact_loss_matches_restitution() {
     }
 }
 
+/// The work of a contact is that of the velocity at which it meets the body, not of the one that
+/// gravity would have given it by the end of the step.
+#[test]
+fn rebound_in_gas_under_gravity_loses_nothing_by_contact() {
+    let petsc = petsc();
+    let more = "[[particle]]\nshape = { disc = { diameter = 0.02 } }\nposition = [0.0403, 0.03]\n\
+        density = 2650.0\n[contact]\nrestitution = 1.0\n";
+    let text = box_case([0.08, 0.06], [32, 24], 1.8e-5, ["\"wall\""; 4], more)
+        .replace("density = 1.0\n", "density = 1.2\ngravity = [0.0, -9.81]\n");
+    let mut scene: Scene<2> = petsc.scene(&text);
+    let mut most = 0.0f64;
+    while scene.state.time < 0.08 {
+        scene.step(5e-4).unwrap();
+        most = most.max(scene.state.energy.gravity);
+    }
+    let e = scene.state.energy;
+    assert!(e.contacts.abs() < 4e-3 * most && e.method.abs() < 2e-3 * most, "{most}: {e:?}");
+}
+
+/// What viscosity takes between walls is that of the fluid between them: a channel of three or
+/// four cells begins from rest, and no energy comes from nothing.
+#[test]
+fn narrow_channel_from_rest_has_no_energy_gain() {
+    let petsc = petsc();
+    for (half, most) in [(0.0625, 0.2), (0.0833, 0.15), (0.07, 0.3)] {
+        let wall = |low: f64, high: f64| {
+            format!(
+                "[[obstacle]]\npolygon = {{ points = [[0, {low}], [1, {low}], [1, {high}], \
+                [0, {high}]] }}\n"
+            )
+        };
+        let more = format!(
+            "[drive]\nforce = [1.0, 0.0]\n{}{}",
+            wall(-0.2, 0.5 - half),
+            wall(0.5 + half, 1.2)
+        );
+        let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
+        let mut scene: Scene<2> = petsc.scene(&box_case([1.0, 1.0], [24, 24], 1.0, sides, &more));
+        for _ in 0..60 {
+            scene.step(5e-4).unwrap();
+        }
+        let e = scene.state.energy;
+        let share = e.method / e.drive;
+        println!("{half}: {share:+.3}");
+        assert!(share.abs() < most, "{half}: {share} {e:?}");
+    }
+}
+
 /// An impact's pressure lasts for one step, and works on an inflow in that step alone, whichever it
 /// is.
 #[test]

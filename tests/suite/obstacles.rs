@@ -103,3 +103,89 @@ fn obstacle_has_its_name_in_messages_and_its_number_in_files() {
     let said = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(said.contains("particle 0 and plate"), "{said}");
 }
+
+/// Solids with re-entrant right angles in a box of 16 x 12 cells, a metre each: a block on a bed, a
+/// step of the bed, a block with a step that is turned; its corner at a place of a cell.
+fn solid_with_corner(kind: usize, [x, y]: [f64; 2], angle: f64) -> Vec<[f64; 2]> {
+    let (x, y) = (5.0 + x, 4.0 + y);
+    match kind {
+        0 => vec![
+            [0.0, -1.0],
+            [16.0, -1.0],
+            [16.0, y],
+            [x + 5.5, y],
+            [x + 5.5, y + 4.0],
+            [x, y + 4.0],
+            [x, y],
+            [0.0, y],
+        ],
+        1 => {
+            vec![[0.0, -1.0], [16.0, -1.0], [16.0, y + 3.0], [x, y + 3.0], [x, y], [0.0, y]]
+        }
+        _ => {
+            let (sin, cos) = angle.sin_cos();
+            let turned =
+                |[dx, dy]: [f64; 2]| [x + 2.0 + cos * dx - sin * dy, y + 2.0 + sin * dx + cos * dy];
+            [[-3.5, -3.5], [3.5, -3.5], [3.5, 0.0], [0.0, 0.0], [0.0, 3.5], [-3.5, 3.5]]
+                .map(turned)
+                .to_vec()
+        }
+    }
+}
+
+/// The largest velocity after 60 long steps of a creeping flow past a solid, over the one that an
+/// open channel of that height would come to.
+fn largest_velocity(petsc: &Petsc, outline: &[[f64; 2]]) -> f64 {
+    let more = format!(
+        "[drive]\nforce = [1.0, 0.0]\n[pressure]\ndivergence_limit = 1.0e-6\n\
+        [[obstacle]]\npolygon = {{ points = {outline:?} }}\n"
+    );
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
+    let text = box_case([16.0, 12.0], [16, 12], 1e3, sides, &more);
+    let mut scene: Scene<2> = petsc.scene(&text);
+    for _ in 0..60 {
+        let dt = 0.8 * scene.limits().unwrap().tightest().1;
+        scene.step(dt).unwrap();
+    }
+    let u = &scene.state.u[0];
+    let cells = scene.domain.grid.rows().flatten();
+    cells.map(|c| u[c].abs()).fold(0.0, f64::max) / (0.5 * 12.0 * 12.0 / 1e3)
+}
+
+/// A cell that is close to both walls of a corner, and a row of cells that is close to a flat one,
+/// saw so little of themselves in their ghost cells that eight Legendre stages amplified them.
+#[test]
+fn creeping_flow_over_corners_is_stable_wherever_they_lie() {
+    let petsc = petsc();
+    for (kind, place, angle) in [
+        (0, [0.96, 0.74], 0.0),
+        (0, [0.52, 0.48], 0.0),
+        (1, [0.52, 0.48], 0.0),
+        (1, [0.15, 0.488], 0.0),
+        (1, [0.43, 0.43], 0.0),
+        (2, [0.5, 0.5], 3.0),
+    ] {
+        let largest = largest_velocity(&petsc, &solid_with_corner(kind, place, angle));
+        assert!(largest < 1.0, "{kind} {place:?} {angle}: {largest}");
+    }
+}
+
+/// The same at 500 random places and angles: a minute.
+#[test]
+#[ignore = "500 runs"]
+fn creeping_flow_over_corners_is_stable_at_500_random_places_and_angles() {
+    let (petsc, mut state) = (petsc(), 1u64);
+    let mut random = move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut unstable = Vec::new();
+    for k in 0..500 {
+        let (place, angle) = ([random(), random()], std::f64::consts::TAU * random());
+        let largest = largest_velocity(&petsc, &solid_with_corner(k % 3, place, angle));
+        if largest.is_nan() || largest > 1.0 {
+            unstable.push((k % 3, place, angle, largest));
+        }
+    }
+    assert!(unstable.is_empty(), "{} of 500: {unstable:?}", unstable.len());
+}

@@ -375,7 +375,7 @@ impl<const D: usize> CutBody<D> {
                     let arm = if touched { self.solid[touched_cells - 1].arm } else { arm };
                     self.add_own_cell(arm, owned, cell);
                 }
-                if (s <= tight || cleared) && owned > 0.0 {
+                if (s <= tight.max(around.within) || cleared) && owned > 0.0 {
                     let s = (s, normal, cleared);
                     self.add_ghost_cell(around, k, &image, &arm, s, owned, cell);
                 }
@@ -416,7 +416,9 @@ impl<const D: usize> CutBody<D> {
         if s > 0.0 && !cleared {
             let stencil;
             (stencil, weight) = self.stencils.profile_across(around, image, &normal(), s);
-            if weight == 0.0 && !shared {
+            if weight == 0.0 && s <= around.within {
+                (stencil, weight) = (self.stencils.profile(around, image, &normal(), s), 1.0);
+            } else if weight == 0.0 && !shared {
                 return;
             }
             self.add_profile(around, arm, stencil, 1.0);

@@ -85,6 +85,8 @@ pub struct Surroundings<'a, const D: usize> {
     pub friction: f64,
     /// Whether cells near the wall take the cubic extrapolation: where no body moves.
     pub cubic: bool,
+    /// How far outside (m) cells have the profile as those inside do.
+    pub within: f64,
     /// Beyond which gap nothing is felt of what lies there (m).
     pub reach: f64,
     /// Which sides of the box are as near to the body that is built.
@@ -135,6 +137,12 @@ impl Shares {
         let open = smooth_step(gap, unresolved - width, unresolved);
         Shares { full, linear: open - full, across: 1.0 - open }
     }
+
+    /// Those of which this part of the parabola is left beside a corner, the rest a straight line.
+    pub fn beside_corner(self, clear: f64) -> Shares {
+        let full = clear * self.full;
+        Shares { full, linear: self.linear + self.full - full, ..self }
+    }
 }
 
 /// A gap along a normal.
@@ -171,6 +179,30 @@ impl<const D: usize> Surroundings<'_, D> {
         }
         let (distance, normal) = shape.nearest(orientation, arm);
         (distance, Some(normal))
+    }
+
+    /// How much of a profile of second or third order holds at a surface through the point at
+    /// `foot` (m from the centre of the body that is built), with the gap of this width (m) along
+    /// the normal `n`: all of it far from corners, nothing where the second image point is half as
+    /// far from another wall beside the normal. A cell close to two walls of a corner between
+    /// obstacles would have twice the imaginary part of an eigenvalue that one wall gives it, which
+    /// Legendre stages do not bear.
+    pub fn clear_of_corners(&self, foot: &Vector3<f64>, n: &Vector3<f64>, width: f64) -> f64 {
+        let own = self.bodies[self.body].shape();
+        let out = 2.0 * self.numerics.image_point * self.h;
+        let point = foot + out * n;
+        let mut least = out;
+        if own.is_obstacle() {
+            least = least.min(self.distance(own, &self.orientation, &point));
+        }
+        for near in self.near.iter().filter(|near| !near.is_beyond(&point, out)) {
+            if own.is_obstacle() || self.bodies[near.body].shape().is_obstacle() {
+                least = least.min(near.distance(self.bodies, &point));
+            }
+        }
+        // The cosine of the angle of the corner; 1 between parallel walls, which are a gap.
+        let facing = (least / (width - out).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        facing + (1.0 - facing) * smooth_step(least / out, 0.5, 1.0)
     }
 
     /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow

@@ -97,7 +97,7 @@ use super::stabilised::Stabilised;
 use super::{Kind, Method};
 use crate::contact::{Contacts, Medium};
 use crate::domain::Domain;
-use crate::geometry::Overlap;
+use crate::geometry::{Cut, Overlap};
 use crate::grid::VectorField;
 use crate::kernels::faces::FaceCoefficient;
 use crate::numerics::Numerics;
@@ -280,6 +280,10 @@ impl<const D: usize> Method<D> for Sharp<D> {
 
     fn overlaps_of(&self, k: usize) -> Option<&[Overlap]> {
         (k < self.cut.bodies.count()).then(|| self.cut.bodies[k].solid.as_slice())
+    }
+
+    fn covered_faces(&self, k: usize, axis: usize) -> Option<&[Cut]> {
+        (k < self.cut.bodies.count()).then(|| self.cut.bodies[k].cuts[axis].iter().as_slice())
     }
 
     fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {

@@ -212,7 +212,8 @@ impl<const D: usize> Stencils<D> {
     ) -> Stencil {
         let h = around.h;
         let gap = around.gap(&image.centre, &normal.foot, &normal.n);
-        let share = Shares::of(gap.width / h, around.numerics);
+        let clear = around.clear_of_corners(&normal.foot, &normal.n, gap.width);
+        let share = Shares::of(gap.width / h, around.numerics).beside_corner(clear);
         let first_point = around.numerics.image_point;
         let [d1, d2] = [first_point * h, 2.0 * first_point * h];
         let near = h.min(0.5 * gap.width);
@@ -237,14 +238,15 @@ impl<const D: usize> Stencils<D> {
         s: f64,
         (profile, own): (usize, &Reading),
     ) -> Option<Cubic> {
-        let (s, gap) =
-            (s / around.h, around.gap(&image.centre, &normal.foot, &normal.n).width / around.h);
+        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
+        let clear = around.clear_of_corners(&normal.foot, &normal.n, gap.width);
+        let (s, gap) = (s / around.h, gap.width / around.h);
         let (point, fading) = (around.numerics.image_point, around.numerics.blending_width);
         // As deep as the first image point is far, it needs no more ghosts than the parabola.
         let shallow = 1.0 - smooth_step(-s, point, point + fading);
         // Its third image point keeps off what lies across.
         let from = 3.0 * point + 0.5 * fading;
-        let part = shallow * smooth_step(gap, from, from + fading);
+        let part = clear * shallow * smooth_step(gap, from, from + fading);
         if part == 0.0 {
             return None;
         }
