@@ -188,7 +188,7 @@ impl Obstacle {
             let inwards = (t[2] - t[0]).cross(&(t[1] - t[0])).try_normalize(0.0)?;
             let from = middle + off * inwards;
             let ray = Ray::new(place(&from), place(&inwards));
-            self.whole.cast_local_ray(&ray, 2.0 * size, false).map(|way| way + off)
+            self.mesh.cast_local_ray(&ray, 2.0 * size, false).map(|way| way + off)
         };
         self.surface.walls.iter().filter_map(through).fold(f64::INFINITY, f64::min)
     }
