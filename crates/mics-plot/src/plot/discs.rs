@@ -10,12 +10,12 @@
 //! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any
 //! axis but n is seen.
 
+use super::kinds::told_apart;
 use super::outline::Surface;
 use super::{section, walls};
 use crate::figure::{Disc, Scale};
 use mics_run::bodies::Pose;
 use mics_run::config::{Case, Motion, Particle};
-use mics_run::words::rounded;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -62,8 +62,10 @@ impl Colours {
     /// What stands beside their colour bar.
     pub fn scale(&self, case: &Case) -> Scale {
         let names = materials(case);
-        let numbers =
-            |values: Vec<f64>| values.into_iter().map(|value| (value, rounded(value))).collect();
+        let numbers = |values: Vec<f64>| {
+            let words = told_apart(&values);
+            values.into_iter().zip(words).collect()
+        };
         let (label, names) = match self.by {
             Bodies::Size => ("diameter (m)", numbers(few(case, |p| p.shape.diameter()))),
             Bodies::Speed => ("speed of particles (m/s)", Vec::new()),

@@ -5,6 +5,7 @@
 use super::kinds::{LINES, representatives};
 use super::rows::{self, Rows};
 use super::section::upright;
+use super::walls::rings;
 use crate::figure::{Axes, Series, SeriesStyle};
 use mics_run::Result;
 use mics_run::config::{Case, Measure, MeasureKind, Reference};
@@ -73,6 +74,8 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     }
     // Last, so that paths have the colours of their order.
     series.extend(bands);
+    let scale = diameter(first).filter(|_| scaled).unwrap_or(1.0);
+    series.extend(obstacles(first.case, axes, scale));
     let [x_label, y_label] =
         names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });
     let lengths: Vec<f64> = tracks.iter().filter_map(diameter).collect();
@@ -92,6 +95,21 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
         _ => "paths".into(),
     };
     Ok(Some((Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() }, series)))
+}
+
+/// What a plane through the middle of the box cuts of the obstacles where they are at the start, over
+/// `scale`.
+fn obstacles(case: &Case, axes: [usize; 2], scale: f64) -> Vec<Series> {
+    let size = axes.map(|axis| case.domain.size[axis]);
+    let across = 3 - axes[0] - axes[1];
+    let middle = 0.5 * case.domain.size.get(across).copied().unwrap_or(0.0);
+    let rings = case.obstacle.iter().flat_map(|o| rings(case, &o.wall, None, (axes, middle), size));
+    let line = |ring: Vec<[f64; 2]>| {
+        let closed = ring.iter().chain(ring.first());
+        let points = closed.map(|[x, y]| (x / scale, y / scale)).collect();
+        Series { label: String::new(), points, style: SeriesStyle::Wall }
+    };
+    rings.map(line).collect()
 }
 
 /// The diameter (m) of all particles whose paths are drawn, where it is one.
