@@ -10,14 +10,14 @@
 //! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any
 //! axis but n is seen.
 
-use super::kinds::told_apart;
 use super::outline::Surface;
 use super::{section, walls};
 use crate::figure::{Disc, Scale};
 use mics_run::bodies::Pose;
 use mics_run::config::{Case, Motion, Particle};
+use mics_run::words::rounded;
 use nalgebra::Vector3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// Values that have a legend in place of a colour bar, and in figures of curves a line each, at
@@ -100,6 +100,18 @@ impl Colours {
         };
         part(value, self.range)
     }
+}
+
+/// A number to three digits, as legends have room for.
+pub fn near(value: f64) -> String {
+    rounded(format!("{value:.2e}").parse().unwrap_or(value))
+}
+
+/// Numbers to three digits, or to six where these do not tell all apart.
+pub fn told_apart(values: &[f64]) -> Vec<String> {
+    let short: Vec<String> = values.iter().map(|value| near(*value)).collect();
+    let once = short.iter().collect::<HashSet<_>>().len() == short.len();
+    if once { short } else { values.iter().map(|value| rounded(*value)).collect() }
 }
 
 /// The names of the materials of a case, in the order in which they come.

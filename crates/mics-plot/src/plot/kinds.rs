@@ -1,11 +1,10 @@
 //! Bodies of one kind, by name, material, shape and size: which bodies stand for all in a figure,
 //! and what is said of many.
 
-use super::discs::{few, materials};
+use super::discs::{few, materials, near};
 use crate::figure::COLOURS;
 use mics_run::config::{Case, Particle};
-use mics_run::words::rounded;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 /// Lines of bodies in a figure at most: as many as there are colours.
 pub const LINES: usize = COLOURS.len();
@@ -68,18 +67,6 @@ pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
         kind.label = format!("{word} ({})", kind.ids.len());
     }
     kinds
-}
-
-/// A number to three digits, as legends have room for.
-fn near(value: f64) -> String {
-    rounded(format!("{value:.2e}").parse().unwrap_or(value))
-}
-
-/// Numbers to three digits, or to six where these do not tell all apart.
-pub fn told_apart(values: &[f64]) -> Vec<String> {
-    let short: Vec<String> = values.iter().map(|value| near(*value)).collect();
-    let once = short.iter().collect::<HashSet<_>>().len() == short.len();
-    if once { short } else { values.iter().map(|value| rounded(*value)).collect() }
 }
 
 /// At most [`LINES`] of some bodies that stand for all: every kind has its share, and the bodies of
@@ -179,6 +166,7 @@ pub fn quantile(sorted: &[f64], part: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::discs::told_apart;
     use super::*;
 
     /// 16 discs of stone and 8 larger ones of steel, in this order.

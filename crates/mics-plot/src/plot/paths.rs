@@ -74,18 +74,8 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     }
     // Last, so that paths have the colours of their order.
     series.extend(bands);
-    let scale = diameter(first).filter(|_| scaled).unwrap_or(1.0);
-    series.extend(obstacles(first.case, axes, scale));
-    let [x_label, y_label] =
-        names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });
-    let lengths: Vec<f64> = tracks.iter().filter_map(diameter).collect();
-    let (least, most) =
-        lengths.iter().fold((f64::INFINITY, 0.0f64), |(low, high), d| (low.min(*d), high.max(*d)));
-    let x_label = match scaled {
-        true if most <= least * (1.0 + 1e-9) => format!("{x_label}, d = {} m", rounded(most)),
-        true => format!("{x_label}, d of each run, {} to {} m", rounded(least), rounded(most)),
-        false => x_label,
-    };
+    series.extend(obstacles(first, axes, scaled));
+    let [x_label, y_label] = labels(tracks, names, scaled);
     let (drawn, all) = tracks
         .iter()
         .fold((0, 0), |(a, b), track| (a + shown(track).len(), b + moving(track).len()));
@@ -97,9 +87,24 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     Ok(Some((Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() }, series)))
 }
 
-/// What a plane through the middle of the box cuts of the obstacles where they are at the start, over
-/// `scale`.
-fn obstacles(case: &Case, axes: [usize; 2], scale: f64) -> Vec<Series> {
+/// What the axes of these names say, and over which diameters they are.
+fn labels(tracks: &[Track], names: [&str; 2], scaled: bool) -> [String; 2] {
+    let [x_label, y_label] =
+        names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });
+    let lengths: Vec<f64> = tracks.iter().filter_map(diameter).collect();
+    let (least, most) =
+        lengths.iter().fold((f64::INFINITY, 0.0f64), |(low, high), d| (low.min(*d), high.max(*d)));
+    let x_label = match scaled {
+        true if most <= least * (1.0 + 1e-9) => format!("{x_label}, d = {} m", rounded(most)),
+        true => format!("{x_label}, d of each run, {} to {} m", rounded(least), rounded(most)),
+        false => x_label,
+    };
+    [x_label, y_label]
+}
+
+/// The outlines of the obstacles of a run at the start, in a plane through the middle of the box.
+fn obstacles(track: &Track, axes: [usize; 2], scaled: bool) -> Vec<Series> {
+    let (case, scale) = (track.case, diameter(track).filter(|_| scaled).unwrap_or(1.0));
     let size = axes.map(|axis| case.domain.size[axis]);
     let across = 3 - axes[0] - axes[1];
     let middle = 0.5 * case.domain.size.get(across).copied().unwrap_or(0.0);

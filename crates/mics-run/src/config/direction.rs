@@ -1,5 +1,5 @@
-//! Which way a measure of a force looks: along the stream, across it, or where the case says; what a
-//! torque is about: z, or what the case says.
+//! Which way a measure of a force looks: along the stream, across it, or where the case says. A
+//! torque is about z, or about what the case says.
 //!
 //! ```text
 //!        lift          stream = fluid's velocity - the particle's, where they are told;
