@@ -40,12 +40,17 @@ fn keep_cases() -> std::io::Result<()> {
     let mut table = String::from("&[\n");
     for folder in sorted(&top.join("cases"))?.into_iter().filter(|p| p.join("case.toml").is_file())
     {
-        let kept = |file: &PathBuf| {
+        let kept = |file: &&PathBuf| {
             file.extension().is_some_and(|e| KEPT.iter().any(|kept| *kept == e)) && file.is_file()
         };
         let _ = write!(table, "    ({:?}, &[", name(&folder));
-        for file in sorted(&folder)?.iter().filter(|file| kept(file)) {
-            let _ = write!(table, "({:?}, include_str!({file:?})), ", name(file));
+        let mut files = sorted(&folder)?;
+        for within in files.clone().iter().filter(|path| path.is_dir()) {
+            files.extend(sorted(within)?);
+        }
+        for file in files.iter().filter(kept) {
+            let within = file.strip_prefix(&folder).unwrap_or(file);
+            let _ = write!(table, "({within:?}, include_str!({file:?})), ");
         }
         table += "]),\n";
     }

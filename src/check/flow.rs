@@ -48,7 +48,6 @@ pub fn describe_box<const D: usize>(case: &Case, h: &[f64; D]) -> Vec<String> {
         case.initial.from.as_ref().map(|run| format!("begins       where {run} has come to")),
     );
     lines.extend(doubled(case));
-    lines.extend(doubled(case));
     lines
 }
 

@@ -137,16 +137,26 @@ fn describe<const D: usize>(
     session.sum(&mut memory)?;
     lines.push(format!(
         "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried{}), \
-        start-up {start_up:.2} s, memory {:.0} MB; about {} for the run, more where many particles \
-        touch; {} of disk at most",
+        start-up {start_up:.2} s, memory {:.0} MB; about {} for the run{}; {} of disk at most",
         1e3 * step,
         1e6 * step / scene.domain.grid.total_cells() as f64,
         if session.size() == 1 && ranks > 1 { " on one rank" } else { "" },
         memory[0] / 1e6,
         minutes((steps * step).ceil()),
+        without_contacts(case),
         size(disk.all)
     ));
     Ok(lines)
+}
+
+/// What the time of a run is without, in words: the first steps have few contacts.
+fn without_contacts(case: &Case) -> &'static str {
+    let free = case.contact.is_some() && case.particle.iter().any(|p| p.is_free());
+    if free && case.particle.iter().any(|p| !p.shape.is_round()) {
+        ", contacts not counted: those of bodies that are not round may take several times as long"
+    } else {
+        ", more where many particles touch"
+    }
 }
 
 /// Numbers of the method that are not the defaults, for which nothing was validated.

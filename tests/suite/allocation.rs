@@ -1,6 +1,7 @@
-//! A step allocates nothing: a counting allocator watches.
+//! A step allocates nothing, and ranks share the memory: a counting allocator watches.
 
-use crate::support::{MIXING, SHARP, box_case, petsc};
+use crate::modes::in_processes;
+use crate::support::{MIXING, SHARP, box_case, case, petsc};
 use mics::scene::Scene;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -10,6 +11,7 @@ struct Counting;
 thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
     static LARGEST: Cell<usize> = const { Cell::new(0) };
+    static HELD: Cell<usize> = const { Cell::new(0) };
 }
 
 // SAFETY: hands every call on to the system's allocator, and counts in a thread-local that itself
@@ -19,10 +21,12 @@ unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let _ = COUNT.try_with(|n| n.set(n.get() + 1));
         let _ = LARGEST.try_with(|most| most.set(most.get().max(layout.size())));
+        let _ = HELD.try_with(|held| held.set(held.get().wrapping_add(layout.size())));
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, data: *mut u8, layout: Layout) {
+        let _ = HELD.try_with(|held| held.set(held.get().wrapping_sub(layout.size())));
         unsafe { System.dealloc(data, layout) }
     }
 }
@@ -48,6 +52,38 @@ fn allocations<const D: usize>(scene: &mut Scene<D>, dt: f64) -> usize {
         scene.step(dt).unwrap();
     }
     count() - before
+}
+
+/// Two and four ranks hold of a scene in 3D what is less by the root of their number at least. What
+/// PETSc and MPI take of the system is not theirs to choose, and is not counted.
+#[test]
+fn bytes_of_a_rank_fall_with_the_number_of_ranks() {
+    let test = "allocation::bytes_of_a_rank_fall_with_the_number_of_ranks";
+    let said = in_processes(test, &[(1, ""), (2, ""), (4, "")], |session| {
+        let text = "name = \"s\"\ndomain = { size = [1.0, 1.0, 1.0], cells = [32, 32, 32] }\n\
+            fluid = { density = 1.0, viscosity = 0.01, gravity = [0.0, -1.0, 0.0] }\n\
+            boundary = { west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\", \
+            bottom = \"wall\", top = \"wall\" }\ntime.end = 1.0\n\
+            swarm = [{ count = 8, diameter = 0.25, density = 2.65, \
+            region = { min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0] } }]\n";
+        let before = HELD.get();
+        let mut scene: Scene<3> = Scene::new(session, &case(text)).unwrap();
+        scene.step(1e-3).unwrap();
+        let mut held = [(HELD.get() - before) as f64];
+        session.max(&mut held).unwrap();
+        println!("{} bytes a rank", held[0]);
+    });
+    let bytes = said.iter().map(|said| {
+        // The name of the test may stand before it.
+        let line = said.lines().find_map(|line| line.strip_suffix(" bytes a rank"));
+        let number = line.and_then(|line| line.rsplit(' ').next()?.parse::<f64>().ok());
+        number.unwrap_or_else(|| panic!("{said}"))
+    });
+    let bytes: Vec<f64> = bytes.collect();
+    println!("bytes of each of 1, 2 and 4 ranks: {bytes:?}");
+    for (k, held) in bytes.iter().enumerate() {
+        assert!(held * f64::sqrt(2.0).powi(k as i32) <= bytes[0], "{bytes:?}");
+    }
 }
 
 #[test]

@@ -155,3 +155,17 @@ fn cases_printed_in_pages_are_valid() {
         assert!(whole.iter().all(|block| !case(block).particle.is_empty()), "{page}");
     }
 }
+
+/// A stranger's first pages say that bodies have shapes and that there are obstacles.
+#[test]
+fn first_pages_name_shapes_and_obstacles() {
+    for (page, parts) in [("README.md", 2), ("docs/introduction.md", 4)] {
+        let text = std::fs::read_to_string(shipped(page)).unwrap();
+        let said: String = text.split("\n\n").take(parts).collect::<Vec<_>>().join(" ");
+        for word in ["shapes", "bstacles", "polyhedra"] {
+            assert!(said.contains(word), "{page} lacks {word}");
+        }
+    }
+    let glossary = std::fs::read_to_string(shipped("docs/glossary.md")).unwrap();
+    assert!(glossary.contains("\n| obstacle |") && !glossary.contains("A disc (2D) or a sphere"));
+}

@@ -244,6 +244,29 @@ fn files_and_functions_within_length_limits() {
     assert!(long.is_empty(), "over {FUNCTION_LINES} lines: {long:?}");
 }
 
+/// Seconds are the machine's and its other users': tests wait for what happens, for five minutes at
+/// most, and judge none.
+#[test]
+fn no_test_of_the_suite_judges_seconds() {
+    let clocks = ["Instant::now", "SystemTime::now"];
+    let mut timed = sources(&top().join("tests"));
+    timed.retain(|path| {
+        clocks.iter().any(|clock| fs::read_to_string(path).unwrap().contains(clock))
+    });
+    let here = ["live.rs", "house.rs"];
+    timed.retain(|path| here.iter().all(|name| !path.ends_with(name)));
+    assert!(timed.is_empty(), "{timed:?}: use live::wait_for");
+}
+
+/// A run of a test or of PETSc that writes where it stands leaves something there.
+#[test]
+fn no_file_at_the_top_is_empty() {
+    let entries = fs::read_dir(top()).unwrap().map(|entry| entry.unwrap().path());
+    let left: Vec<_> =
+        entries.filter(|p| p.is_file() && p.metadata().unwrap().len() == 0).collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
 #[test]
 fn function_length_from_name_to_closing_brace() {
     let text = "impl A {\n    pub(crate) const fn short() {}\n    fn long(\n        a: u8,\n\

@@ -183,10 +183,11 @@ fn records_or_none(out: &Path) -> Vec<String> {
     text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::to_owned).collect()
 }
 
-fn wait_for(ready: impl Fn() -> bool) {
+/// Waits until it is `ready`.
+pub fn wait_for(mut ready: impl FnMut() -> bool) {
     let started = Instant::now();
     while !ready() {
-        assert!(started.elapsed() < Duration::from_secs(300), "no progress after five minutes");
-        std::thread::sleep(Duration::from_millis(20));
+        assert!(started.elapsed() < Duration::from_secs(300), "nothing happens in five minutes");
+        std::thread::sleep(Duration::from_millis(1));
     }
 }

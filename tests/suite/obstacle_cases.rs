@@ -164,6 +164,44 @@ fn body_above_bed_feels_no_end_of_period() {
     }
 }
 
+/// What the fluid does to obstacles is measured, drawn and reported as what it does to particles.
+#[test]
+fn obstacle_force_and_torque_are_in_measures_figures_and_report() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = written(dir.path());
+    let turning = "[[measure]]\nname = \"turning\"\nkind = \"torque\"\nobstacle = \"paddle\"\n";
+    std::fs::write(&case, BED.to_owned() + turning).unwrap();
+    let said = mics(&["check", case.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    let line = |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap();
+    // The ground goes on below the box: it has no thickness.
+    assert!(!line("bed").contains("thinnest") && line("paddle").contains("thinnest"), "{said}");
+    assert!(line("cost").contains("contacts not counted"), "{said}");
+
+    let out = dir.path().join("run");
+    let summary = run(&case, &out, &["--set", "output.figures=true"]);
+    let rows = columns(&out.join("obstacles.csv"));
+    let of_paddle = rows["fluid_tz"].iter().zip(&rows["id"]).filter(|row| *row.1 == 1.0).skip(1);
+    let torques: Vec<f64> = of_paddle.map(|row| *row.0).collect();
+    let mean = torques.iter().sum::<f64>() / torques.len() as f64;
+    let found = summary["measures"]["turning"].as_f64().unwrap();
+    assert!(mean != 0.0 && (found - mean).abs() < 1e-9 * mean.abs(), "{found} {mean}");
+    assert_eq!(summary["units"]["turning"], "N m/m");
+
+    let figure = |name: &str| std::fs::read_to_string(out.join("figures").join(name)).unwrap();
+    for name in ["bed", "paddle", "particle 0"] {
+        assert!(figure("forces.svg").contains(&format!(">\n{name}\n<")), "forces lack {name}");
+    }
+    assert!(figure("paths.svg").matches("#6E6E6E").count() > 1, "outlines of both obstacles");
+    let html = dir.path().join("report.html");
+    let told = mics(&["report", out.to_str().unwrap(), "--out", html.to_str().unwrap()]);
+    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    let html = std::fs::read_to_string(html).unwrap();
+    for part in ["force of bed along -y", "torque of paddle about z", " N/m</td>", " N m/m</td>"] {
+        assert!(html.contains(part), "no `{part}`");
+    }
+}
+
 #[test]
 fn obstacles_on_several_ranks_are_those_of_one() {
     let dir = tempfile::tempdir().unwrap();

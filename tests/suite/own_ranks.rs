@@ -1,6 +1,6 @@
 //! Runs that start their ranks by themselves.
 
-use crate::restart::{checkpoints, colliding, said, signal, wait_until, words};
+use crate::restart::{checkpoints, colliding, progress, said, signal, wait_until, words};
 use crate::support::{AS_ROOT, PERIODIC, box_case, mics_command};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -55,8 +55,7 @@ fn going(case: &Path, out: &Path) -> std::process::Child {
     let mut command = program();
     command.args(words(case, out, &["--ranks", "2", "--quiet"]));
     let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    wait_until(&mut process, || out.join("steps.csv").exists());
-    std::thread::sleep(Duration::from_millis(200));
+    wait_until(&mut process, || !progress(out).is_empty());
     process
 }
 
@@ -77,14 +76,36 @@ fn interrupt_of_a_run_stops_its_ranks_with_a_checkpoint() {
     }
 }
 
+/// The process of the first rank of a run.
+fn first_rank(out: &Path) -> String {
+    let record = std::fs::read_to_string(out.join("run.json")).unwrap();
+    serde_json::from_str::<serde_json::Value>(&record).unwrap()["pid"].to_string()
+}
+
+/// A rank that is held still never ends its step, which the first interrupt asks for.
+#[test]
+fn second_interrupt_ends_ranks_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = colliding(dir.path(), "end = 50.0\ncfl = 0.2", 10_000);
+    let out = dir.path().join("out");
+    let mut process = going(&case, &out);
+    let rank = first_rank(&out);
+    assert!(Command::new("kill").args(["-STOP", &rank]).status().unwrap().success());
+    while process.try_wait().unwrap().is_none() {
+        signal(&process, "INT");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let ended = process.wait_with_output().unwrap();
+    assert_eq!(ended.status.code(), Some(130), "{}", said(&ended));
+}
+
 #[test]
 fn killed_rank_or_refused_folder_is_told_once() {
     let dir = tempfile::tempdir().unwrap();
     let case = colliding(dir.path(), "end = 50.0\ncfl = 0.2", 10_000);
     let out = dir.path().join("killed");
     let process = going(&case, &out);
-    let record = std::fs::read_to_string(out.join("run.json")).unwrap();
-    let rank = serde_json::from_str::<serde_json::Value>(&record).unwrap()["pid"].to_string();
+    let rank = first_rank(&out);
     assert!(Command::new("kill").args(["-9", &rank]).status().unwrap().success());
     let ended = process.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(3), "{}", said(&ended));

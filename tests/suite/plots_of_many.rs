@@ -1,6 +1,6 @@
 //! Figures of many bodies and of several runs.
 
-use crate::plots::plotted;
+use crate::plots::{fall, plotted};
 use crate::support::{mics, run, shipped};
 use std::path::Path;
 
@@ -124,6 +124,29 @@ fn plots_of_several_runs_share_drag_over_reynolds() {
                 bytes.len() > 2000 && (bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"<svg")),
                 "{path:?}"
             );
+        }
+    }
+}
+
+/// Solvers and methods are compared in one picture, in which each run has its name.
+#[test]
+fn speeds_forces_and_solves_of_several_runs_share_a_picture() {
+    let dir = tempfile::tempdir().unwrap();
+    let short = ["--set", "time.end=0.02", "--set", "pressure.history=true"];
+    let other = ["--set", "pressure.solver=\"bcgs-boomeramg\""];
+    let [a, b] = [("first", &[][..]), ("second", &other)]
+        .map(|(name, more)| fall(dir.path(), name, &[&short[..], more].concat()));
+    let out = dir.path().join("out");
+    let out = out.to_str().unwrap();
+    let figures = ["convergence", "convergence-steps", "speeds", "forces"];
+    let drawn = plotted(&[&a, &b, "--figure", &figures.join(","), "--out", out]);
+    assert_eq!(drawn.len(), 2 * figures.len(), "{drawn:?}");
+    for figure in figures {
+        let svg = format!("{out}/{}.svg", figure.replace('-', "_"));
+        let svg = std::fs::read_to_string(svg).unwrap();
+        for label in ["first", "second"] {
+            let alone = svg.contains(&format!(">\n{label}\n<"));
+            assert!(alone || svg.contains(&format!(">\n{label}, Krylov\n<")), "{figure}: {label}");
         }
     }
 }

@@ -268,9 +268,16 @@ fn new_copies_shipped_case_under_own_name() {
     assert!(text(&none.stderr).contains("did you mean `sheared-bed`?"), "{}", text(&none.stderr));
     let copied = mics(&["cases", "copy", "wet-rebound", copy.to_str().unwrap()]);
     assert!(copied.status.success(), "{}", text(&copied.stderr));
-    for file in ["stokes.study.toml", "collision_sphere.csv"] {
+    for file in ["stokes.study.toml", "collision_sphere.csv", "case.schema.json"] {
         assert!(copy.join(file).is_file(), "{file}");
     }
+    let first = std::fs::read_to_string(copy.join("case.toml")).unwrap();
+    assert!(first.starts_with("#:schema case.schema.json\n"), "{first}");
+    // Files of its folders come along.
+    let sorting = dir.path().join("sorting");
+    assert!(mics(&["cases", "copy", "size-sorting", sorting.to_str().unwrap()]).status.success());
+    let said = mics(&["check", "--quiet", sorting.join("case.toml").to_str().unwrap()]);
+    assert!(said.status.success(), "{}", text(&said.stderr));
 }
 
 #[test]
@@ -281,6 +288,9 @@ fn cases_lists_shipped_cases() {
     for folder in folders.filter(|folder| folder.join("case.toml").is_file()) {
         let name = folder.file_name().unwrap().to_string_lossy().into_owned();
         let line = words.lines().find(|line| line.split_whitespace().next() == Some(&name));
-        assert!(line.is_some_and(|line| line.len() > name.len() + 12), "{name}: {line:?}");
+        // A whole sentence, however many lines it has in the case.
+        let count = |bracket: char| line.map_or(0, |line| line.matches(bracket).count());
+        let whole = line.is_some_and(|line| line.len() > name.len() + 12 && line.ends_with('.'));
+        assert!(whole && count('(') == count(')'), "{name}: {line:?}");
     }
 }

@@ -40,6 +40,7 @@ fn report_has_case_comparison_and_command() {
         "1 of 2 fall short of their references",
         "&lt;b&gt;me&lt;/b&gt; &amp; co",
         "0 to 9",
+        " m/s</td>",
         "falls short",
         "no reference",
         "V d/nu of the particle that reaches most",
@@ -131,6 +132,21 @@ fn report_has_profiles_probes_and_contact_laws() {
         digits.iter().all(|around| !around.contains("0.0200") && !around.contains("0.3000")),
         "{digits:?}"
     );
+}
+
+/// A run that was warned of its numbers is no plain success.
+#[test]
+fn warnings_of_a_run_head_its_report() {
+    let dir = tempfile::tempdir().unwrap();
+    let (case, out) = (dir.path().join("sinks.toml"), dir.path().join("run"));
+    fs::write(&case, SINKS.replace("viscosity = 0.05", "viscosity = 1e-5")).unwrap();
+    let short = ["time.end=0.005", "statistics.from=0.0", "output.figures=false"];
+    run(&case, &out, &short.map(|set| ["--set", set]).concat());
+    let html = report(&out);
+    let said = html.split("<nav").next().unwrap();
+    for part in ["<span class=\"chip warn\">done</span>", "warning      the boundary layer of "] {
+        assert!(said.contains(part), "no `{part}` in {said}");
+    }
 }
 
 #[test]

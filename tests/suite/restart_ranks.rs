@@ -1,9 +1,8 @@
 //! Going on, and stopping, on several ranks.
 
-use crate::restart::{checkpoints, colliding, said, signal, wait_until, words};
+use crate::restart::{checkpoints, colliding, progress, said, signal, wait_until, words};
 use crate::support::{columns, mpirun, run};
 use std::process::Stdio;
-use std::time::Duration;
 
 #[test]
 fn resume_on_other_numbers_of_ranks_keeps_paths_and_forces() {
@@ -57,8 +56,7 @@ fn all_ranks_stop_together_after_a_signal_to_mpirun() {
     let mut command = mpirun(2, env!("CARGO_BIN_EXE_mics"));
     command.args(words(&case, &out, &["--quiet"])).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut process = command.spawn().unwrap();
-    wait_until(&mut process, || out.join("steps.csv").exists());
-    std::thread::sleep(Duration::from_millis(200));
+    wait_until(&mut process, || !progress(&out).is_empty());
     signal(&process, "USR1");
     let output = process.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));

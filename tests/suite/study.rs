@@ -122,7 +122,7 @@ fn study_writes_rows_and_figures_and_resumes() {
         assert!(std::fs::metadata(out.join(name)).is_ok_and(|m| m.len() > 2000), "{name}");
     }
     let svg = std::fs::read_to_string(out.join("value_speed.svg")).unwrap();
-    for label in ["N", "speed", "bcgs", "cg", "reference"] {
+    for label in ["N", "speed (m/s)", "bcgs", "cg", "reference"] {
         assert!(svg.contains(&format!(">\n{label}\n<")), "the figure of the value lacks {label}");
     }
     let plot = mics(&["plot", out.to_str().unwrap()]);

@@ -1,11 +1,11 @@
 //! Studies of solvers: runs compared with each other, failures as results, limits of time, and what
 //! tables and figures show of costs.
 
+use crate::live::wait_for;
 use crate::study::{rows, study, written};
 use crate::support::{AS_ROOT, mics_command};
 use std::collections::HashMap;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 const SOLVERS: &str = r#"name = "tiny"
 case = "case.toml"
@@ -223,41 +223,42 @@ fn wrong_keys_of_a_study_of_solvers_are_refused() {
     assert!(code == Some(2) && error.contains("[quick] must keep it"), "{error}");
 }
 
-/// A study of a run that ends and one that would take many minutes.
+/// A study of runs that would take many minutes each.
 fn endless(more: &str) -> String {
     format!(
         "name = \"tiny\"\ncase = \"case.toml\"\nlimit_seconds = 2\n{more}\n[[axis]]\n\
-        name = \"end\"\nkey = \"time.end\"\nvalues = [1e4, 0.05]\n"
+        name = \"end\"\nkey = \"time.end\"\nvalues = [1e4, 2e4]\n"
     )
 }
 
-/// Checks the rows of that study, and that nothing of the long run is left.
+/// Checks the rows of that study, and that nothing of its runs is left. On a busy machine they may
+/// be ended before they have begun.
 fn ended(out: &Path, ranks: usize) {
     let table = rows(out);
-    let slow = &table[0];
-    assert_eq!(slow["status"], "too slow", "{slow:?}");
-    let words = &slow["message"];
-    assert!(
-        words.starts_with("ended after 2 s, at step ") && words.ends_with("(limit_seconds)"),
-        "{words}"
-    );
-    assert_eq!((slow["cpu_seconds"].as_str(), table[1]["status"].as_str()), ("", "done"));
-    let folder = out.join(&slow["folder"]).join("1");
-    assert!(!folder.join("checkpoint").exists() && !folder.join("fields").exists());
-    let record: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
-    let process = format!("/proc/{}", record["pid"]);
-    assert!(!Path::new(&process).exists() && record["ranks"] == ranks, "{record}");
+    assert_eq!(table.len(), 2, "{table:?}");
+    for slow in &table {
+        assert_eq!((&slow["status"][..], &slow["cpu_seconds"][..]), ("too slow", ""), "{slow:?}");
+        let words = &slow["message"];
+        assert!(
+            words.starts_with("ended after 2 s, ") && words.ends_with("(limit_seconds)"),
+            "{words}"
+        );
+        let folder = out.join(&slow["folder"]).join("1");
+        assert!(!folder.join("checkpoint").exists() && !folder.join("fields").exists());
+        let Ok(text) = std::fs::read_to_string(folder.join("run.json")) else { continue };
+        let record: serde_json::Value = serde_json::from_str(&text).unwrap();
+        wait_for(|| !Path::new("/proc").join(record["pid"].to_string()).exists());
+        assert_eq!(record["ranks"], ranks, "{record}");
+    }
 }
 
 #[test]
 fn study_ends_a_run_that_is_over_its_limit() {
     let (dir, file) = written(&endless(""));
-    let (out, began) = (dir.path().join("out"), Instant::now());
+    let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
     assert_eq!(code, Some(1), "{said}{error}");
-    assert!(error.contains("1 of 2 runs are not done: end=10000.0 (too slow)"), "{error}");
-    assert!(began.elapsed() < Duration::from_secs(60), "{:?}", began.elapsed());
+    assert!(error.contains("2 of 2 runs are not done: end=10000.0 (too slow)"), "{error}");
     ended(&out, 1);
 }
 

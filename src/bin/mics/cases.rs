@@ -41,7 +41,7 @@ pub fn cases(action: Option<Action>) -> Result<()> {
     };
     let (name, files) = shipped(&name)?;
     let folder = dir.unwrap_or_else(|| name.into());
-    write(&folder, files.iter().map(|(file, text)| (*file, standing_alone(text))))?;
+    write(&folder, files.iter().map(|(file, text)| (*file, standing_alone(file, text))))?;
     print(&format!("mics run {}", folder.join(CASE).display()))
 }
 
@@ -51,10 +51,9 @@ pub fn cases(action: Option<Action>) -> Result<()> {
 /// When there is no such case, or the folder is there or cannot be written.
 pub fn begin(folder: &Path, template: &str) -> Result<()> {
     let (_, files) = shipped(template)?;
-    let schema = format!("{:#}\n", mics::config::schema());
     let own = folder.file_name().unwrap_or_default().to_string_lossy();
     let text = |(file, text): &(&'static str, &str)| {
-        let self_contained = standing_alone(text);
+        let self_contained = standing_alone(file, text);
         let renamed = |line: &str| match line.split_once('=') {
             Some((key, _)) if key.trim() == "name" && *file == CASE => format!("name = {own:?}"),
             _ => line.to_owned(),
@@ -69,15 +68,12 @@ pub fn begin(folder: &Path, template: &str) -> Result<()> {
             let key = line.split('=').next().unwrap_or_default().trim();
             !["reference", "tolerance", "source"].contains(&key)
         };
-        let first = if *file == CASE { format!("#:schema {SCHEMA}\n") } else { String::new() };
-        let lines = self_contained.lines().enumerate().filter(own_line).map(line);
-        (*file, first + &lines.collect::<String>())
+        (*file, self_contained.lines().enumerate().filter(own_line).map(line).collect())
     };
     // Studies, pages and reference data are those of the shipped case.
     let read = |file: &str| files.iter().any(|(_, text)| text.contains(&format!("\"{file}\"")));
     let kept = |(file, _): &&(&str, &str)| *file == CASE || file.ends_with(".csv") && read(file);
-    let schema = std::iter::once((SCHEMA, schema));
-    write(folder, files.iter().filter(kept).map(text).chain(schema))?;
+    write(folder, files.iter().filter(kept).map(text))?;
     print(&format!("mics check {}", folder.join(CASE).display()))
 }
 
@@ -90,30 +86,45 @@ fn shipped(name: &str) -> Result<&'static (&'static str, &'static [(&'static str
     })
 }
 
-/// What a case is of: its first comment.
+/// What a case is of: the first sentence of its first comment.
 fn scene(files: &[(&str, &str)]) -> String {
     let text = files.iter().find(|(file, _)| *file == CASE).map_or("", |(_, text)| text);
-    let comment = text.lines().find(|line| line.starts_with("# ")).unwrap_or_default();
-    comment.trim_start_matches("# ").to_owned()
+    let lines = text.lines().skip_while(|line| !line.starts_with("# "));
+    let lines = lines.map_while(|line| line.strip_prefix("# "));
+    let mut said = String::new();
+    for word in lines.flat_map(str::split_whitespace) {
+        // A source in brackets has points of its own.
+        let within = said.matches('(').count() > said.matches(')').count();
+        let capital = word.starts_with(|letter: char| letter.is_uppercase());
+        if said.ends_with('.') && capital && !within {
+            break;
+        }
+        said += if said.is_empty() { "" } else { " " };
+        said += word;
+    }
+    said
 }
 
-/// The text without the line that names the schema beside the repository's cases.
-fn standing_alone(text: &str) -> String {
-    text.lines()
-        .filter(|line| !line.starts_with("#:schema"))
-        .flat_map(|line| [line, "\n"])
-        .collect()
+/// The text of a file with, of a case, the name of the schema beside it in place of that beside the
+/// repository's cases.
+fn standing_alone(file: &str, text: &str) -> String {
+    let is_case = file.ends_with(".toml") && !file.ends_with(".study.toml");
+    let schema = is_case.then(|| format!("#:schema {SCHEMA}"));
+    let lines = text.lines().filter(|line| !line.starts_with("#:schema"));
+    schema.as_deref().into_iter().chain(lines).flat_map(|line| [line, "\n"]).collect()
 }
 
-/// Writes files into a new folder.
+/// Writes files into a new folder, and the schema that cases name.
 fn write<'a>(folder: &Path, files: impl Iterator<Item = (&'a str, String)>) -> Result<()> {
     if folder.exists() {
         let there = folder.display();
         return Err(Error::Usage(format!("{there} is there already: name another folder")));
     }
-    std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
-    for (name, text) in files {
+    let schema = (SCHEMA, format!("{:#}\n", mics::config::schema()));
+    for (name, text) in files.chain([schema]) {
         let file = folder.join(name);
+        let within = file.parent().unwrap_or(folder);
+        std::fs::create_dir_all(within).map_err(Error::io(within))?;
         std::fs::write(&file, text).map_err(Error::io(&file))?;
     }
     Ok(())

@@ -414,14 +414,17 @@ impl<const D: usize> CutBody<D> {
             || Normal::new(around.round, arm, s, normal.unwrap_or_else(|| arm.normalize()));
         let mut weight = 1.0;
         if s > 0.0 && !cleared {
-            let stencil;
-            (stencil, weight) = self.stencils.profile_across(around, image, &normal(), s);
-            if weight == 0.0 && s <= around.within {
-                (stencil, weight) = (self.stencils.profile(around, image, &normal(), s), 1.0);
-            } else if weight == 0.0 && !shared {
+            let (across, share) = self.stencils.profile_across(around, image, &normal(), s);
+            weight = share;
+            if weight > 0.0 {
+                self.add_profile(around, arm, across, 1.0);
+            } else if s <= around.within {
+                weight = 1.0;
+                let profile = self.stencils.profile(around, image, &normal(), s);
+                self.add_profile(around, arm, profile, 1.0);
+            } else if !shared {
                 return;
             }
-            self.add_profile(around, arm, stencil, 1.0);
         } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
             self.find_feet(around, body.shape(), arm, s);
             if self.feet.len() < 2 {

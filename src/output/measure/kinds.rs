@@ -86,6 +86,7 @@ pub(super) fn kind(kind: MeasureKind) -> (fn(&View) -> f64, Becomes) {
         Spin => (|v| v.body(|b| b.spin.z), Mean),
         Strouhal => (|v| v.coefficient(), Frequency),
         SuperficialVelocity => (|v| v.of_box, Mean),
+        Torque => (|v| v.torque().dot(&v.direction()), Mean),
         TerminalSpeed => (|v| v.body(|b| b.velocity.norm()), Steadiest),
         TransportRate => (|v| v.of_box, Mean),
         TurnPeriod => (|v| v.body(|b| b.angle), HalfTurn),
@@ -134,6 +135,16 @@ impl View<'_> {
         self.step.exchange.get(particle).map_or_else(Vector3::zeros, |e| match self.measure.force {
             ForceRule::Momentum => e.momentum,
             ForceRule::Literal => e.literal(),
+        })
+    }
+
+    /// The torque on its particle about the centre (N m), by the measure's rule.
+    fn torque(&self) -> Vector3<f64> {
+        self.step.exchange.get(self.particle).map_or_else(Vector3::zeros, |e| {
+            match self.measure.force {
+                ForceRule::Momentum => e.momentum_torque,
+                ForceRule::Literal => e.literal_torque,
+            }
         })
     }
 

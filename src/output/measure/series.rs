@@ -311,8 +311,8 @@ impl<const D: usize> Measure<D> for Series {
         let later = self.value_of(&self.samples[at..], began)?;
         let differs = (value - later).abs() > STEADY * value.abs().max(later.abs());
         // A lift is small beside the drag that scales it.
-        let counts = self.measure.kind == MeasureKind::Force || (value - later).abs() > STEADY;
-        (differs && counts).then(|| Remark {
+        let small = (value - later).abs() <= STEADY && self.measure.kind.unit(D).is_empty();
+        (differs && !small).then(|| Remark {
             doubt: true,
             words: format!(
                 "counts the start of the flow; from t = {} s on it is {}: set `from`",

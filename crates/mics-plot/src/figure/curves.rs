@@ -43,7 +43,7 @@ pub const COLOURS: [RGBColor; 7] = [
 const DASH: Pixel = (9 * SCALE, 6 * SCALE);
 /// Dashes of a line that lies on another one, in whose gaps that shows.
 const LONG_DASH: Pixel = (24 * SCALE, 24 * SCALE);
-/// The colour of bands, which are no series of their own.
+/// The colour of bands and obstacles, which are no series of their own.
 const BAND: RGBColor = RGBColor(110, 110, 110);
 /// Markers as regular polygons: corners, radius in pixels of the figure, direction of the first
 /// corner in degrees.
@@ -213,8 +213,7 @@ fn plot(sheet: &mut Sheet, (axes, series): Panel, frame: &Frame) -> i32 {
     };
     let ranks: Vec<usize> = ranks(series);
     let mut drawn = Vec::new();
-    // Spreads lie under all lines.
-    let under = |k: &usize| series[*k].style == SeriesStyle::Spread;
+    let under = |k: &usize| series[*k].style.is_under();
     let order = (0..series.len()).filter(under).chain((0..series.len()).filter(|k| !under(k)));
     for k in order {
         for pixels in &all[k] {
@@ -243,7 +242,7 @@ fn plot(sheet: &mut Sheet, (axes, series): Panel, frame: &Frame) -> i32 {
 fn ranks(series: &[Series]) -> Vec<usize> {
     let mut next = 0;
     let rank = |series: &Series| {
-        next += usize::from(series.style != SeriesStyle::Spread);
+        next += usize::from(!series.style.is_under());
         next.saturating_sub(1)
     };
     series.iter().map(rank).collect()
@@ -302,6 +301,7 @@ fn stroke(sheet: &mut Sheet, style: SeriesStyle, index: usize, places: Vec<Pixel
             }
         }
         SeriesStyle::Line => sheet.line(places, colour, 2 * THIN),
+        SeriesStyle::Wall => sheet.line(places, BAND, 2 * THIN),
         SeriesStyle::Dashed => sheet.dashed(places, colour, 2 * THIN, DASH),
         SeriesStyle::Band => {
             if let (Some((left, top)), Some((right, bottom))) = (places.first(), places.last()) {
@@ -377,7 +377,7 @@ fn legend(
             SeriesStyle::Markers | SeriesStyle::Joined => {
                 stroke(sheet, SeriesStyle::Markers, *index, vec![ends[1]])
             }
-            SeriesStyle::Spread => {}
+            SeriesStyle::Spread | SeriesStyle::Wall => {}
         }
         let (at, anchor) = ((x + 2 * PAD + SAMPLE, middle), (HPos::Left, VPos::Center));
         sheet.text(label, SMALL, at, anchor, FontTransform::None);

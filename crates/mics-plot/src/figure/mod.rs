@@ -181,6 +181,15 @@ pub enum SeriesStyle {
     /// A pale area with the points as its outline, in the colour of the series before it, for the
     /// spread of what that is the middle of. It has no entry in the legend.
     Spread,
+    /// A grey line, for the outline of an obstacle. It has no entry in the legend.
+    Wall,
+}
+
+impl SeriesStyle {
+    /// Whether it is drawn under all lines, with no colour of its own and no entry in the legend.
+    fn is_under(self) -> bool {
+        matches!(self, SeriesStyle::Spread | SeriesStyle::Wall)
+    }
 }
 
 /// The axes of a line or point figure.

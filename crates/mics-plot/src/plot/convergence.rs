@@ -189,6 +189,57 @@ pub fn convergence(run: &Path, limit: f64, time: Option<f64>) -> Result<Option<C
     Ok(Some(Chart { panels, beside: true }))
 }
 
+/// The same of several runs, a line each of its name: their solves one after the other, over the
+/// Krylov iterations of the step so far. `None` where no run has a history; `limit` is D0 (1/s).
+///
+/// # Errors
+/// As [`StepSolves::read`].
+pub fn of_runs(runs: &[(&str, &Path, f64)], time: Option<f64>) -> Result<Option<Chart>> {
+    let (mut divergence, mut limits, mut residual) = (Vec::new(), Vec::new(), Vec::new());
+    let mut norms: Vec<&str> = Vec::new();
+    for (label, folder, limit) in runs {
+        let Some(found) = StepSolves::read(folder, time)? else { continue };
+        let mut lines = divergences(&found, *limit);
+        limits.extend(lines.pop().filter(|limit| is_new(&limits, limit)));
+        divergence.extend(lines.into_iter().map(|line| Series { label: (*label).into(), ..line }));
+        let (mut points, mut before) = (Vec::new(), 0.0);
+        for solve in &found.solves {
+            points.extend(solve.residuals.iter().map(|(k, residual)| (before + k, *residual)));
+            points.push((f64::NAN, f64::NAN));
+            before += solve.residuals.last().map_or(0.0, |last| last.0);
+            norms.push(residual_label(&solve.norm));
+        }
+        residual.push(Series { label: String::new(), points, style: SeriesStyle::Joined });
+    }
+    norms.dedup();
+    if divergence.is_empty() {
+        return Ok(None);
+    }
+    divergence.extend(limits);
+    let step = time.map_or("the last step".to_owned(), |t| format!("the step at t = {t} s"));
+    let axes = |x: &str, y: &str| Axes {
+        x_label: x.into(),
+        y_label: y.into(),
+        log_y: true,
+        whole_x: true,
+        ..Axes::default()
+    };
+    let first = Axes {
+        title: format!("pressure solves of {step}"),
+        note: "dashed: the limit D0 of |D|; right: a line of each solve, one after the other"
+            .into(),
+        ..axes("C-HSMAC iterations", "largest |D| (1/s)")
+    };
+    let y = if let [norm] = norms[..] { norm } else { "residual, each in its own norm" };
+    let second = axes("Krylov iterations of the step", y);
+    Ok(Some(Chart { panels: vec![(first, divergence), (second, residual)], beside: true }))
+}
+
+/// Whether no series has the points of another one.
+fn is_new(all: &[Series], one: &Series) -> bool {
+    all.iter().all(|other| other.points != one.points)
+}
+
 /// What the residuals are in a norm of PETSc's name.
 fn residual_label(norm: &str) -> &'static str {
     match norm {
@@ -232,11 +283,48 @@ fn after(solve: &Solve) -> Option<(f64, f64)> {
     Some((f64::from(solve.place[1]), solve.divergence.1?))
 }
 
-/// Iterations and |D| over the steps; `None` where there is no step. `limit` is D0 (1/s).
+/// Iterations and |D| over the steps of runs, with their names where there are several; `None`
+/// where there is no step. `limit` is D0 (1/s).
 ///
 /// # Errors
 /// When `steps.csv` is not one of a run.
-pub fn over_steps(run: &Path, limit: f64) -> Result<Option<Chart>> {
+pub fn over_steps(runs: &[(&str, &Path, f64)]) -> Result<Option<Chart>> {
+    let (mut iterations, mut divergence, mut limits) = (Vec::new(), Vec::new(), Vec::new());
+    for (label, run, limit) in runs {
+        let Some(lines) = steps_of(run)? else { continue };
+        let [krylov, outer, largest] = lines.map(|line| {
+            let both = [*label, &line.label].into_iter().filter(|word| !word.is_empty());
+            Series { label: both.collect::<Vec<_>>().join(", "), ..line }
+        });
+        let ends = [largest.points.first(), largest.points.last()].into_iter().flatten();
+        let points = ends.map(|end| (end.0, *limit)).collect();
+        let dashed = Series { label: "limit D0".into(), points, style: SeriesStyle::Dashed };
+        limits.extend(Some(dashed).filter(|limit| is_new(&limits, limit)));
+        iterations.extend([krylov, outer]);
+        divergence.push(largest);
+    }
+    divergence.extend(limits);
+    let above = Axes {
+        x_label: "step".into(),
+        y_label: "iterations a step".into(),
+        title: "iterations and |D| of the pressure".into(),
+        whole_x: true,
+        ..Axes::default()
+    };
+    let below = Axes {
+        x_label: "step".into(),
+        y_label: "largest |D| (1/s)".into(),
+        log_y: true,
+        whole_x: true,
+        ..Axes::default()
+    };
+    let panels = vec![(above, iterations), (below, divergence)];
+    Ok(Some(Chart { panels, beside: false }).filter(Chart::shows))
+}
+
+/// Krylov and C-HSMAC iterations and the largest |D| over the steps of a run; `None` where it has
+/// no step.
+fn steps_of(run: &Path) -> Result<Option<[Series; 3]>> {
     let strange = || not_a_run(run, "steps.csv is not one that mics wrote");
     let Some(mut reader) = table(&run.join("steps.csv")) else { return Ok(None) };
     let head = reader.headers().map_err(|_| strange())?.clone();
@@ -245,7 +333,7 @@ pub fn over_steps(run: &Path, limit: f64) -> Result<Option<Chart>> {
     let columns = [
         (column("krylov_iterations")?, "Krylov"),
         (column("outer_iterations")?, "C-HSMAC"),
-        (column("divergence_max")?, ""),
+        (column("divergence_max")?, "largest |D|"),
     ];
     let mut all = columns.map(|(_, label)| Series {
         label: label.into(),
@@ -260,25 +348,5 @@ pub fn over_steps(run: &Path, limit: f64) -> Result<Option<Chart>> {
             series.points.extend(number(step).zip(number(k)));
         }
     }
-    let [krylov, outer, divergence] = all;
-    let ends = [divergence.points.first(), divergence.points.last()].into_iter().flatten();
-    let points = ends.map(|end| (end.0, limit)).collect();
-    let dashed = Series { label: "limit D0".into(), points, style: SeriesStyle::Dashed };
-    let divergence = Series { label: "largest |D|".into(), ..divergence };
-    let iterations = Axes {
-        x_label: "step".into(),
-        y_label: "iterations a step".into(),
-        title: "iterations and |D| of the pressure".into(),
-        whole_x: true,
-        ..Axes::default()
-    };
-    let below = Axes {
-        x_label: "step".into(),
-        y_label: "largest |D| (1/s)".into(),
-        log_y: true,
-        whole_x: true,
-        ..Axes::default()
-    };
-    let panels = vec![(iterations, vec![krylov, outer]), (below, vec![divergence, dashed])];
-    Ok(Some(Chart { panels, beside: false }).filter(Chart::shows))
+    Ok(Some(all))
 }

@@ -17,7 +17,7 @@ use mics_run::bodies::Pose;
 use mics_run::config::{Case, Motion, Particle};
 use mics_run::words::rounded;
 use nalgebra::Vector3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// Values that have a legend in place of a colour bar, and in figures of curves a line each, at
@@ -62,8 +62,10 @@ impl Colours {
     /// What stands beside their colour bar.
     pub fn scale(&self, case: &Case) -> Scale {
         let names = materials(case);
-        let numbers =
-            |values: Vec<f64>| values.into_iter().map(|value| (value, rounded(value))).collect();
+        let numbers = |values: Vec<f64>| {
+            let words = told_apart(&values);
+            values.into_iter().zip(words).collect()
+        };
         let (label, names) = match self.by {
             Bodies::Size => ("diameter (m)", numbers(few(case, |p| p.shape.diameter()))),
             Bodies::Speed => ("speed of particles (m/s)", Vec::new()),
@@ -98,6 +100,18 @@ impl Colours {
         };
         part(value, self.range)
     }
+}
+
+/// A number to three digits, as legends have room for.
+pub fn near(value: f64) -> String {
+    rounded(format!("{value:.2e}").parse().unwrap_or(value))
+}
+
+/// Numbers to three digits, or to six where these do not tell all apart.
+pub fn told_apart(values: &[f64]) -> Vec<String> {
+    let short: Vec<String> = values.iter().map(|value| near(*value)).collect();
+    let once = short.iter().collect::<HashSet<_>>().len() == short.len();
+    if once { short } else { values.iter().map(|value| rounded(*value)).collect() }
 }
 
 /// The names of the materials of a case, in the order in which they come.

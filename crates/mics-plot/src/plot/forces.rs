@@ -3,6 +3,7 @@
 
 use super::components::{NAMES, Vector};
 use super::kinds::{Course, Kind, SPREAD, Spread};
+use super::paths::Track;
 use super::rows::{self, Rows};
 use super::section::upright;
 use crate::figure::{Axes, Chart, Series, SeriesStyle};
@@ -24,66 +25,124 @@ pub fn unit(case: &Case) -> &'static str {
     if case.dimension() == 2 { "N/m" } else { "N" }
 }
 
-/// Force of the fluid over time, a plot for each axis that matters: on one particle with its parts,
-/// on few a line each, on many by kinds. Of the particles that are `asked` for, or else of all.
-/// None where there are no rows.
+/// Force of the fluid over time, a plot for each axis that matters: on one body of one run with its
+/// parts, on few a line each, on many by kinds; on bodies and obstacles that are asked for, or else
+/// on all. None where there are no rows.
 ///
 /// # Errors
-/// When `particles.csv` lacks a column.
-pub fn forces(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>> {
-    let ids = rows::loaded(case, asked);
-    if rows.is_empty() {
+/// When the rows lack a column.
+pub fn forces(tracks: &[Track]) -> Result<Option<Chart>> {
+    let Some(Track { case, rows, asked, .. }) = tracks.first() else { return Ok(None) };
+    if tracks.iter().all(|track| track.rows.is_empty()) {
         return Ok(None);
     }
+    let (ids, start) = (rows::loaded(case, asked), START * case.time.end);
+    let (title, plots) = match (tracks, &rows.forces, &ids[..]) {
+        ([_], None, [id]) => (format!("force on {}", case.called(*id)), parts_of(case, rows, *id)?),
+        _ => {
+            let of = match (tracks, &rows.forces) {
+                ([_], Some(_)) => format!(" on {} bodies", ids.len()),
+                _ => String::new(),
+            };
+            (format!("force of the fluid{of}"), lines(tracks, Drawn::force)?)
+        }
+    };
+    let cut = format!("the first {} s, of an impulsive start, left out", rounded(start));
+    let spread = tracks.iter().find_map(|track| track.rows.forces.as_ref());
+    let notes = spread.map(|_| SPREAD.to_owned()).into_iter().chain([cut]).collect();
+    let unit = unit(case);
+    Ok(Vector { what: "force", unit, title, notes, cut_peaks: true }.chart(plots))
+}
+
+/// The force on a body along each axis and its parts.
+fn parts_of(case: &Case, rows: &Rows, id: usize) -> Result<Vec<Vec<Series>>> {
     let start = START * case.time.end;
-    let curve = |id: usize, column: &str, label: &str, style| {
+    let curve = |column: &str, label: &str, style| {
         let mut series = rows.curve(id, "time", column, label)?;
         series.points.retain(|p| p.0 > start);
         Ok(Series { style, ..series })
     };
-    let cut = format!("the first {} s, of an impulsive start, left out", rounded(start));
     let axes = NAMES.into_iter().take(case.dimension());
-    let (title, plots): (_, Result<Vec<Vec<Series>>>) = match (&rows.forces, &ids[..]) {
-        (Some(course), _) => (
-            format!("force of the fluid on {} bodies", ids.len()),
-            Ok(of_kinds(course, case.dimension(), start)),
-        ),
-        (None, [id]) => {
-            let parts = ["pressure", "viscous", "convective"].into_iter().zip(words(case));
-            // All plots have the same lines, since they share the first one's legend.
-            let contacts = axes.clone().map(|a| rows.column(*id, &format!("contact_f{a}")));
-            let touched =
-                contacts.collect::<Result<Vec<_>>>()?.concat().iter().any(|force| *force != 0.0);
-            let plot = |a: &str| {
-                let mut all =
-                    vec![curve(*id, &format!("fluid_f{a}"), "fluid, in all", SeriesStyle::Line)?];
-                for (part, words) in parts.clone() {
-                    all.push(curve(*id, &format!("{part}_f{a}"), words, SeriesStyle::Dashed)?);
-                }
-                if touched {
-                    all.push(curve(
-                        *id,
-                        &format!("contact_f{a}"),
-                        "contacts and lubrication",
-                        SeriesStyle::Line,
-                    )?);
-                }
-                Ok(all)
-            };
-            (format!("force on {}", case.called(*id)), axes.map(plot).collect())
+    let parts = ["pressure", "viscous", "convective"].into_iter().zip(words(case));
+    // All plots have the same lines, since they share the first one's legend.
+    let contacts = axes.clone().map(|a| rows.column(id, &format!("contact_f{a}")));
+    let touched = contacts.collect::<Result<Vec<_>>>()?.concat().iter().any(|force| *force != 0.0);
+    let plot = |a: &str| {
+        let mut all = vec![curve(&format!("fluid_f{a}"), "fluid, in all", SeriesStyle::Line)?];
+        for (part, words) in parts.clone() {
+            all.push(curve(&format!("{part}_f{a}"), words, SeriesStyle::Dashed)?);
         }
-        (None, _) => {
-            let line = |id: &usize, a: &str| {
-                curve(*id, &format!("fluid_f{a}"), &case.called(*id), SeriesStyle::Line)
-            };
-            let plot = |a: &str| ids.iter().map(|id| line(id, a)).collect();
-            ("force of the fluid".to_owned(), axes.map(plot).collect())
+        if touched {
+            let contact = format!("contact_f{a}");
+            all.push(curve(&contact, "contacts and lubrication", SeriesStyle::Line)?);
         }
+        Ok(all)
     };
-    let notes = [rows.forces.as_ref().map(|_| SPREAD.to_owned()), Some(cut)];
-    let notes = notes.into_iter().flatten().collect();
-    let unit = unit(case);
-    Ok(Vector { what: "force", unit, title, notes, cut_peaks: true }.chart(plots?))
+    axes.map(plot).collect()
+}
+
+/// What is drawn of a vector of some bodies of a run: its column without the axis, the course of
+/// their kinds where they are many, and from after which time on (s).
+struct Drawn<'a> {
+    ids: Vec<usize>,
+    column: &'a str,
+    course: Option<&'a Course>,
+    start: f64,
+}
+
+impl<'a> Drawn<'a> {
+    /// The force of the fluid.
+    fn force(track: &'a Track) -> Drawn<'a> {
+        Drawn {
+            ids: rows::loaded(track.case, track.asked),
+            column: "fluid_f",
+            course: track.rows.forces.as_ref(),
+            start: START * track.case.time.end,
+        }
+    }
+
+    /// The velocity of free bodies.
+    fn velocity(track: &'a Track) -> Drawn<'a> {
+        Drawn {
+            ids: rows::free(track.case, track.asked),
+            column: "v",
+            course: track.rows.velocities.as_ref(),
+            start: f64::NEG_INFINITY,
+        }
+    }
+}
+
+/// Lines along each axis of the bodies of runs, with the names of the runs where there are several
+/// and those of the bodies where a run has several.
+fn lines<'a>(tracks: &'a [Track], drawn: fn(&'a Track) -> Drawn<'a>) -> Result<Vec<Vec<Series>>> {
+    let mut plots: Vec<Vec<Series>> = Vec::new();
+    for track in tracks.iter().filter(|track| !track.rows.is_empty()) {
+        let (Track { label, case, rows, .. }, Drawn { ids, column, course, start }) =
+            (track, drawn(track));
+        let called = |id: usize| if ids.len() > 1 { case.called(id) } else { String::new() };
+        let line = |id: usize, axis: usize| {
+            let column = format!("{column}{}", NAMES[axis]);
+            let mut series = rows.curve(id, "time", &column, &called(id))?;
+            series.points.retain(|point| point.0 > start);
+            Ok(series)
+        };
+        let of_run = match course {
+            Some(course) => of_kinds(course, case.dimension(), start),
+            None => (0..case.dimension())
+                .map(|axis| ids.iter().map(|id| line(*id, axis)).collect())
+                .collect::<Result<_>>()?,
+        };
+        plots.resize(plots.len().max(of_run.len()), Vec::new());
+        for (plot, mut series) in plots.iter_mut().zip(of_run) {
+            for one in series.iter_mut().filter(|one| one.style != SeriesStyle::Spread) {
+                let own = std::mem::take(&mut one.label);
+                let both = [*label, &own].into_iter().filter(|word| !word.is_empty());
+                one.label = both.collect::<Vec<_>>().join(", ");
+            }
+            plot.extend(series);
+        }
+    }
+    Ok(plots)
 }
 
 /// Lines and spreads of the kinds of many bodies along each axis, after a time (s).
@@ -126,37 +185,27 @@ pub fn words(case: &Case) -> [&'static str; 3] {
 }
 
 /// Velocity over time of the free particles, a plot for each axis that matters: of few a line each,
-/// of many by kinds. Of the particles that are `asked` for, or else of all.
+/// of many by kinds. Of the particles that are asked for, or else of all.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
-pub fn speeds(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<Chart>> {
-    let ids = rows::free(case, asked);
-    if rows.is_empty() || ids.is_empty() {
+pub fn speeds(tracks: &[Track]) -> Result<Option<Chart>> {
+    let plots = lines(tracks, Drawn::velocity)?;
+    if plots.iter().all(Vec::is_empty) {
         return Ok(None);
     }
-    let (title, plots) = match &rows.velocities {
-        Some(course) => (
-            format!("velocity of {} bodies", ids.len()),
-            of_kinds(course, case.dimension(), f64::NEG_INFINITY),
-        ),
-        None => {
+    let title = match tracks {
+        [Track { case, rows, asked, .. }] => match (&rows.velocities, &rows::free(case, asked)[..])
+        {
+            (Some(_), ids) => format!("velocity of {} bodies", ids.len()),
             // One body needs no legend: the title names it.
-            let called = |id: usize| if ids.len() > 1 { case.called(id) } else { String::new() };
-            let line =
-                |id: &usize, a: &str| rows.curve(*id, "time", &format!("v{a}"), &called(*id));
-            let plot = |a: &str| ids.iter().map(|id| line(id, a)).collect::<Result<Vec<_>>>();
-            let plots =
-                NAMES.into_iter().take(case.dimension()).map(plot).collect::<Result<Vec<_>>>()?;
-            let title = if let [id] = ids[..] {
-                format!("velocity of {}", case.called(id))
-            } else {
-                "velocity".into()
-            };
-            (title, plots)
-        }
+            (None, [id]) => format!("velocity of {}", case.called(*id)),
+            _ => "velocity".to_owned(),
+        },
+        _ => "velocity".to_owned(),
     };
-    let notes = rows.velocities.iter().map(|_| SPREAD.to_owned()).collect();
+    let spread = tracks.iter().find_map(|track| track.rows.velocities.as_ref());
+    let notes = spread.map(|_| SPREAD.to_owned()).into_iter().collect();
     let vector = Vector { what: "velocity", unit: "m/s", title, notes, cut_peaks: false };
     Ok(vector.chart(plots))
 }

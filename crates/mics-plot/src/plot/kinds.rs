@@ -1,10 +1,9 @@
 //! Bodies of one kind, by name, material, shape and size: which bodies stand for all in a figure,
 //! and what is said of many.
 
-use super::discs::{few, materials};
+use super::discs::{few, materials, near};
 use crate::figure::COLOURS;
 use mics_run::config::{Case, Particle};
-use mics_run::words::rounded;
 use std::collections::HashMap;
 
 /// Lines of bodies in a figure at most: as many as there are colours.
@@ -31,11 +30,12 @@ pub struct Kind {
 pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
     let materials = materials(case).len() > 1;
     let first = case.particle.first().map(|p| p.shape.name());
-    let shapes = case.particle.iter().any(|p| Some(p.shape.name()) != first);
+    let other = |p: &Particle| !p.shape.is_round() || Some(p.shape.name()) != first;
+    let shapes = case.particle.iter().any(other);
     let sizes = few(case, |p| p.shape.diameter()).len() > 1;
     let named = |p: &Particle| p.name.clone();
     let made = |p: &Particle| materials.then(|| p.material.clone());
-    let sized = |p: &Particle| sizes.then(|| format!("d = {} m", rounded(p.shape.diameter())));
+    let sized = |p: &Particle| sizes.then(|| format!("d = {} m", near(p.shape.diameter())));
     let shaped = |p: &Particle| shapes.then(|| p.shape.name().to_owned());
     type Words<'a> = &'a dyn Fn(&Particle) -> Vec<Option<String>>;
     let finest: [Words; 5] = [
@@ -51,8 +51,8 @@ pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
     let group = |words: &Words| {
         let mut all: Vec<Kind> = Vec::new();
         for id in ids {
-            let label =
-                words(&case.particle[*id]).into_iter().flatten().collect::<Vec<_>>().join(", ");
+            let words = |p| words(p).into_iter().flatten().collect::<Vec<_>>().join(", ");
+            let label = case.particle.get(*id).map_or_else(|| "obstacles".to_owned(), words);
             match all.iter().position(|kind| kind.label == label) {
                 Some(at) => all[at].ids.push(*id),
                 None if all.len() > LINES => break,
@@ -166,6 +166,7 @@ pub fn quantile(sorted: &[f64], part: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::discs::told_apart;
     use super::*;
 
     /// 16 discs of stone and 8 larger ones of steel, in this order.
@@ -202,6 +203,30 @@ mod tests {
         assert_eq!((shown.len(), shown.iter().filter(|id| **id >= 16).count()), (LINES, 3));
         assert!(shown.contains(&0) && shown.contains(&15) && shown.contains(&23), "{shown:?}");
         assert_eq!(representatives(&case, &[3, 17]), [3, 17]);
+    }
+
+    /// Legends say what a body is, and no more digits than they have room for.
+    #[test]
+    fn kind_of_bodies_has_shape_and_three_digits() {
+        let ellipse = |x: f64, d: f64| {
+            format!(
+                "[[particle]]\nshape = {{ ellipse = {{ axes = [2.0, 1.0], diameter = {d} }} }}\n\
+                density = 3.0\nposition = [{x}, 4.0]\n"
+            )
+        };
+        let case = mics_run::config::written(&format!(
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [8.0, 8.0], cells = [8, 8] }}\n\
+            fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
+            boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+            }}\n{}{}",
+            ellipse(2.0, 0.158_114),
+            ellipse(6.0, 0.387_298)
+        ))
+        .unwrap();
+        let labels: Vec<_> = kinds(&case, &[0, 1]).into_iter().map(|kind| kind.label).collect();
+        assert_eq!(labels, ["ellipse, d = 0.158 m (1)", "ellipse, d = 0.387 m (1)"]);
+        assert_eq!(told_apart(&[0.158_114, 0.25]), ["0.158", "0.25"]);
+        assert_eq!(told_apart(&[0.158_114, 0.158_211]), ["0.158114", "0.158211"]);
     }
 
     #[test]

@@ -215,7 +215,7 @@ impl Request {
                 return Ok(reynolds::strouhal(runs, &self.folder(runs)?)?.map(Vec::from));
             }
             Figure::Convergence | Figure::ConvergenceSteps => {
-                let Some(chart) = solves(figure, run, self.times.last().copied())? else {
+                let Some(chart) = solves(figure, runs, self.times.last().copied())? else {
                     return Ok(None);
                 };
                 figure::chart(&chart, &stem(&figure.file())?)?
@@ -310,7 +310,7 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
     if folder.join(SOLVES).is_file() {
         for figure in [Figure::Convergence, Figure::ConvergenceSteps] {
-            figures.push((figure, solves(figure, &run, None)?));
+            figures.push((figure, solves(figure, runs, None)?));
         }
     }
     let folder = Request::default().folder(runs)?;
@@ -341,38 +341,43 @@ fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<Chart>> 
     let Some((Run { case, folder, asked }, of_one)) = runs.first().zip(rows.first()) else {
         return Ok(None);
     };
+    let labels = labels(runs);
+    let track = |((run, rows), label)| {
+        let Run { case, asked, .. }: &Run = run;
+        Track { label, case, rows, asked }
+    };
+    let tracks = runs.iter().zip(rows).zip(labels.iter().map(String::as_str)).map(track);
+    let tracks: Vec<_> = tracks.collect();
     let drawn = match figure {
-        Figure::Forces => forces::forces(case, of_one, asked)?,
-        Figure::Speeds => speeds(case, of_one, asked)?,
+        Figure::Forces => forces::forces(&tracks)?,
+        Figure::Speeds => speeds(&tracks)?,
         Figure::ForceParts => forces::parts(case, of_one, asked)?.map(Chart::from),
         Figure::Profile => profile::profile(folder, case)?,
         Figure::Probes | Figure::ProbeLines => {
             let [points, lines] = probes::probes(folder)?;
             if figure == Figure::Probes { points } else { lines }
         }
-        Figure::Paths => {
-            let labels = labels(runs);
-            let track = |((run, rows), label)| {
-                let Run { case, asked, .. }: &Run = run;
-                Track { label, case, rows, asked }
-            };
-            let tracks = runs.iter().zip(rows).zip(labels.iter().map(String::as_str)).map(track);
-            paths(&tracks.collect::<Vec<_>>())?.map(Chart::from)
-        }
+        Figure::Paths => paths(&tracks)?.map(Chart::from),
         _ => None,
     };
     Ok(drawn.map(|chart| named(chart, case)))
 }
 
-/// A figure of a run's pressure solves, of the step next to a time (s) where it is of one.
-fn solves(figure: Figure, run: &Run, time: Option<f64>) -> Result<Option<Chart>> {
-    let limit = run.case.pressure.divergence_limit;
-    let drawn = if figure == Figure::Convergence {
-        convergence::convergence(&run.folder, limit, time)?
-    } else {
-        convergence::over_steps(&run.folder, limit)?
+/// A figure of the pressure solves of runs, of the step next to a time (s) where it is of one.
+fn solves(figure: Figure, runs: &[Run], time: Option<f64>) -> Result<Option<Chart>> {
+    let labels = labels(runs);
+    let named_runs = labels.iter().map(String::as_str).zip(runs);
+    let all: Vec<_> = named_runs
+        .map(|(label, run)| (label, &*run.folder, run.case.pressure.divergence_limit))
+        .collect();
+    let drawn = match (figure, &all[..]) {
+        (Figure::Convergence, [(_, folder, limit)]) => {
+            convergence::convergence(folder, *limit, time)?
+        }
+        (Figure::Convergence, _) => convergence::of_runs(&all, time)?,
+        _ => convergence::over_steps(&all)?,
     };
-    Ok(drawn.map(|chart| named(chart, &run.case)))
+    Ok(drawn.zip(runs.first()).map(|(chart, run)| named(chart, &run.case)))
 }
 
 /// A figure with the name of its case before its title.
@@ -384,8 +389,12 @@ fn named(mut chart: Chart, case: &Case) -> Chart {
     chart
 }
 
-/// The names of the runs' folders, with what is before them where two have the same.
+/// The names of the runs' folders, with what is before them where two have the same; of one run
+/// alone none.
 fn labels(runs: &[Run]) -> Vec<String> {
+    if let [_] = runs {
+        return vec![String::new()];
+    }
     let last = |run: &Run| {
         run.folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     };

@@ -5,6 +5,7 @@
 use super::kinds::{LINES, representatives};
 use super::rows::{self, Rows};
 use super::section::upright;
+use super::walls::rings;
 use crate::figure::{Axes, Series, SeriesStyle};
 use mics_run::Result;
 use mics_run::config::{Case, Measure, MeasureKind, Reference};
@@ -73,6 +74,21 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     }
     // Last, so that paths have the colours of their order.
     series.extend(bands);
+    series.extend(obstacles(first, axes, scaled));
+    let [x_label, y_label] = labels(tracks, names, scaled);
+    let (drawn, all) = tracks
+        .iter()
+        .fold((0, 0), |(a, b), track| (a + shown(track).len(), b + moving(track).len()));
+    let title = match (tracks, &shown(first)[..]) {
+        ([one], [id]) => format!("path of {}", one.case.called(*id)),
+        _ if drawn < all => format!("paths of {drawn} of {all} bodies"),
+        _ => "paths".into(),
+    };
+    Ok(Some((Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() }, series)))
+}
+
+/// What the axes of these names say, and over which diameters they are.
+fn labels(tracks: &[Track], names: [&str; 2], scaled: bool) -> [String; 2] {
     let [x_label, y_label] =
         names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });
     let lengths: Vec<f64> = tracks.iter().filter_map(diameter).collect();
@@ -83,15 +99,22 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
         true => format!("{x_label}, d of each run, {} to {} m", rounded(least), rounded(most)),
         false => x_label,
     };
-    let (drawn, all) = tracks
-        .iter()
-        .fold((0, 0), |(a, b), track| (a + shown(track).len(), b + moving(track).len()));
-    let title = match (tracks, &shown(first)[..]) {
-        ([one], [id]) => format!("path of {}", one.case.called(*id)),
-        _ if drawn < all => format!("paths of {drawn} of {all} bodies"),
-        _ => "paths".into(),
+    [x_label, y_label]
+}
+
+/// The outlines of the obstacles of a run at the start, in a plane through the middle of the box.
+fn obstacles(track: &Track, axes: [usize; 2], scaled: bool) -> Vec<Series> {
+    let (case, scale) = (track.case, diameter(track).filter(|_| scaled).unwrap_or(1.0));
+    let size = axes.map(|axis| case.domain.size[axis]);
+    let across = 3 - axes[0] - axes[1];
+    let middle = 0.5 * case.domain.size.get(across).copied().unwrap_or(0.0);
+    let rings = case.obstacle.iter().flat_map(|o| rings(case, &o.wall, None, (axes, middle), size));
+    let line = |ring: Vec<[f64; 2]>| {
+        let closed = ring.iter().chain(ring.first());
+        let points = closed.map(|[x, y]| (x / scale, y / scale)).collect();
+        Series { label: String::new(), points, style: SeriesStyle::Wall }
     };
-    Ok(Some((Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() }, series)))
+    rings.map(line).collect()
 }
 
 /// The diameter (m) of all particles whose paths are drawn, where it is one.

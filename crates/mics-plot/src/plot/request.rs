@@ -55,11 +55,13 @@ pub enum Figure {
     /// Paths of particles in their box, of all runs in one picture, beside the band of a position
     /// measure (Fig. 9).
     Paths,
-    /// Forces on particles over time: of few a line each, of many by material and size.
+    /// Forces on particles and obstacles over time, of all runs in one picture: of few a line each,
+    /// of many by material and size.
     Forces,
     /// Parts of the force across gravity over the height of a falling particle (Fig. 10).
     ForceParts,
-    /// Velocities of free particles over time: of few a line each, of many by material and size.
+    /// Velocities of free particles over time, of all runs in one picture: of few a line each, of
+    /// many by material and size.
     Speeds,
     /// Mean velocity and solid fraction across layers of cells, where the case has
     /// `statistics.profile`.
@@ -69,9 +71,10 @@ pub enum Figure {
     /// Mean velocity and pressure along probes of several points, where the case has some.
     ProbeLines,
     /// Residuals of the pressure solves of the last step that has a history, or of the one next to
-    /// --times, and |D| over their C-HSMAC iterations, where the case has `pressure.history`.
+    /// --times, and |D| over their C-HSMAC iterations, where the case has `pressure.history`; of
+    /// all runs in one picture.
     Convergence,
-    /// Iterations of the pressure and |D| over the steps.
+    /// Iterations of the pressure and |D| over the steps, of all runs in one picture.
     ConvergenceSteps,
     /// Drag coefficient over Re of all runs, beside the references of their cases; of one body in
     /// an unbounded stream beside a formula (Fig. 4).
@@ -106,7 +109,16 @@ impl Figure {
 
     /// Whether several runs make one picture.
     pub(super) fn joins_runs(self) -> bool {
-        matches!(self, Figure::Paths | Figure::Drag | Figure::Strouhal)
+        matches!(
+            self,
+            Figure::Paths
+                | Figure::Forces
+                | Figure::Speeds
+                | Figure::Convergence
+                | Figure::ConvergenceSteps
+                | Figure::Drag
+                | Figure::Strouhal
+        )
     }
 
     /// What a run needs for it.
@@ -118,7 +130,9 @@ impl Figure {
             | Figure::VorticityStrip
             | Figure::StreamlinesStrip => "fields",
             Figure::Paths => "a particle that moves, and its rows in particles.csv",
-            Figure::Forces => "a particle, and its rows in particles.csv",
+            Figure::Forces => {
+                "a particle or an obstacle, and its rows in particles.csv or obstacles.csv"
+            }
             Figure::ForceParts => {
                 "a free particle with its rows in particles.csv, gravity, and a density other than \
                 the fluid's"

@@ -1,4 +1,5 @@
-//! What figures and reports take from `particles.csv`, which may be far larger than memory.
+//! What figures and reports take from `particles.csv` and `obstacles.csv`, which may be far larger
+//! than memory. Obstacles have the numbers after those of the particles.
 
 use super::discs::start;
 use super::kinds::{Course, LINES, representatives};
@@ -6,6 +7,7 @@ use crate::figure::{Series, SeriesStyle};
 use mics_run::Result;
 use mics_run::bodies::Pose;
 use mics_run::config::{Case, FixedRows, Motion};
+use mics_run::folder::OBSTACLES;
 use mics_run::not_a_run;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::collections::HashMap;
@@ -41,14 +43,15 @@ pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
     if asked.is_empty() { movers(case).collect() } else { asked.to_vec() }
 }
 
-/// The bodies that figures of forces are of: those that are `asked` for, or else all that move and,
-/// where they have rows, that are held.
+/// The bodies that figures of forces are of: those that are `asked` for, or else all that move, all
+/// that are held where they have rows, and the obstacles.
 pub fn loaded(case: &Case, asked: &[usize]) -> Vec<usize> {
     let held = |id: &usize| {
         case.output.fixed == FixedRows::Always && case.particle[*id].motion == Motion::Fixed
     };
     let held = (0..case.particle.len()).filter(held);
-    if asked.is_empty() { movers(case).chain(held).collect() } else { asked.to_vec() }
+    let walls = case.particle.len()..case.particle.len() + case.obstacle.len();
+    if asked.is_empty() { movers(case).chain(held).chain(walls).collect() } else { asked.to_vec() }
 }
 
 /// Those of [`moving`] that are free.
@@ -58,7 +61,7 @@ pub fn free(case: &Case, asked: &[usize]) -> Vec<usize> {
     ids
 }
 
-/// Rows of `particles.csv`; none where there is no such file.
+/// Rows of `particles.csv` and `obstacles.csv`; none where there is no such file.
 #[derive(Default)]
 pub struct Rows {
     /// The run's folder, for messages.
@@ -88,59 +91,73 @@ impl Rows {
             places: vec![HashMap::new(); times.len()],
             ..Rows::default()
         };
-        let Some(mut reader) = table(&run.join("particles.csv")) else {
-            rows.begin(case);
-            return rows;
-        };
-        let columns = reader
-            .headers()
-            .map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
-        rows.columns = columns.unwrap_or_default();
-        let [Some(t), Some(id), Some(x), Some(v)] =
-            ["time", "id", "x", "vx"].map(|n| rows.columns.get(n).copied())
-        else {
-            return rows;
-        };
         let (movers, loaded, free) = (moving(case, asked), loaded(case, asked), free(case, asked));
         let follows = [&movers, &loaded, &free].map(|ids| representatives(case, ids)).concat();
         let course = |ids: &[usize]| (ids.len() > LINES).then(|| Course::new(case, ids));
         (rows.forces, rows.velocities) = (course(&loaded), course(&free));
-        let force = rows.columns.get("fluid_fx").copied();
-        let turn = Turn::of(case, &rows.columns);
+        if !rows.take(case, "particles.csv", 0, times, &follows) {
+            rows.begin(case);
+        }
+        rows.take(case, OBSTACLES, case.particle.len(), times, &follows);
+        [&mut rows.forces, &mut rows.velocities].into_iter().flatten().for_each(Course::close);
+        rows
+    }
+
+    /// Takes the rows of a file whose bodies have the numbers from `first` on, and keeps all of
+    /// those that figures show; returns whether there are any.
+    fn take(
+        &mut self,
+        case: &Case,
+        file: &str,
+        first: usize,
+        times: &[f64],
+        shown: &[usize],
+    ) -> bool {
+        let Some(mut reader) = table(&self.run.join(file)) else { return false };
+        let columns = reader
+            .headers()
+            .map(|h| h.iter().enumerate().map(|(k, n)| (n.to_owned(), k)).collect());
+        self.columns = columns.unwrap_or_default();
+        let [Some(t), Some(id), Some(x), Some(v)] =
+            ["time", "id", "x", "vx"].map(|n| self.columns.get(n).copied())
+        else {
+            return false;
+        };
         let mut before: HashMap<usize, (f64, Pose)> = HashMap::new();
-        let (mut record, width) = (csv::StringRecord::new(), rows.columns.len());
+        let force = self.columns.get("fluid_fx").copied();
+        let turn = Turn::of(case, &self.columns);
+        let (mut record, width) = (csv::StringRecord::new(), self.columns.len());
         while let Ok(true) = reader.read_record(&mut record) {
-            let number = |k: usize| record.get(k).and_then(|v| v.parse().ok()).unwrap_or(f64::NAN);
+            let number = |k: usize| match record.get(k).and_then(|v| v.parse().ok()) {
+                Some(body) if k == id => first as f64 + body,
+                value => value.unwrap_or(f64::NAN),
+            };
             let particle = number(id) as usize;
             let orientation = turn.filter(|_| is_turned(case, particle)).map(|t| t.read(number));
             let pose = Pose { orientation, ..Pose::at([x, x + 1, x + 2].map(number)) };
             let now = (number(t), pose);
             let last = before.insert(particle, now).unwrap_or(now);
-            for (places, time) in rows.places.iter_mut().zip(times) {
+            for (places, time) in self.places.iter_mut().zip(times) {
                 if (last.0..now.0).contains(time) {
                     places.insert(particle, between(case, last, now, *time));
                 }
             }
             let velocity = [v, v + 1, v + 2].map(number);
             let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if let Some(course) = &mut rows.velocities {
+            if let Some(course) = &mut self.velocities {
                 course.take(particle, now.0, velocity);
             }
-            if let (Some(course), Some(f)) = (&mut rows.forces, force) {
+            if let (Some(course), Some(f)) = (&mut self.forces, force) {
                 course.take(particle, now.0, [f, f + 1, f + 2].map(number));
             }
-            let fastest = rows.fastest.entry(particle).or_insert(0.0);
+            let fastest = self.fastest.entry(particle).or_insert(0.0);
             *fastest = fastest.max(speed);
-            if follows.contains(&particle) {
-                rows.followed.push((0..width).map(number).collect());
+            if shown.contains(&particle) {
+                self.followed.push((0..width).map(number).collect());
             }
         }
-        [&mut rows.forces, &mut rows.velocities].into_iter().flatten().for_each(Course::close);
-        if before.is_empty() {
-            rows.begin(case);
-        }
-        rows.end(times, &before);
-        rows
+        self.end(times, &before);
+        !before.is_empty()
     }
 
     /// After their last rows (time and centre) particles are where they were in these, at each of
@@ -231,7 +248,7 @@ impl Turn {
 
 /// Whether a figure shows how a particle is turned by its outline.
 fn is_turned(case: &Case, particle: usize) -> bool {
-    case.particle.get(particle).is_some_and(|p| !p.shape.is_round())
+    case.particle.get(particle).is_none_or(|p| !p.shape.is_round())
 }
 
 /// Where a particle is at a time between two rows; one that crosses a periodic face meanwhile is

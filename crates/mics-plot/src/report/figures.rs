@@ -133,11 +133,11 @@ fn records(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
 }
 
 fn motion(run: &Run) -> Result<Vec<Figure>> {
-    let track = plot::Track { label: "", case: &run.case, rows: &run.particles, asked: &[] };
-    let (mut path_axes, paths) = plot::paths(&[track])?.unwrap_or_default();
+    let track = || plot::Track { label: "", case: &run.case, rows: &run.particles, asked: &[] };
+    let (mut path_axes, paths) = plot::paths(&[track()])?.unwrap_or_default();
     path_axes.title.clear();
     let movers = plot::moving(&run.case, &[]).len();
-    let shown = paths.iter().filter(|s| s.style != SeriesStyle::Band).count();
+    let shown = paths.iter().filter(|s| s.style == SeriesStyle::Line).count();
     let caption = match movers {
         0 | 1 => "The path of its centre, in the whole box.".to_owned(),
         _ if shown == movers => "The paths of the bodies that move, in the whole box.".to_owned(),
@@ -147,9 +147,9 @@ fn motion(run: &Run) -> Result<Vec<Figure>> {
         ),
     };
     let figures = [
-        charted(Part::Particles, "Forces", plot::forces(&run.case, &run.particles, &[])?)?,
+        charted(Part::Particles, "Forces", plot::forces(&[track()])?)?,
         curves(Part::Particles, "Paths", &caption, path_axes, &paths)?,
-        charted(Part::Particles, "Velocity", plot::speeds(&run.case, &run.particles, &[])?)?,
+        charted(Part::Particles, "Velocity", plot::speeds(&[track()])?)?,
     ];
     Ok(figures.into_iter().flatten().collect())
 }

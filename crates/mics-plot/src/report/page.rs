@@ -4,6 +4,7 @@ use super::figures::{Figure, Part};
 use super::{Run, describe, solves};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use mics_run::compare::{measured, percent};
+use mics_run::config::MeasureKind;
 
 /// Keeps a browser from fetching anything, whatever the page says.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
@@ -81,9 +82,19 @@ fn sections(run: &Run, figures: &[Figure]) -> Vec<(&'static str, &'static str, M
     all.into_iter().filter_map(|(id, title, body)| Some((id, title, body?))).collect()
 }
 
-/// What the run had to say of its energy at the end.
-fn notes(run: &Run) -> &[String] {
-    run.summary.as_ref().map_or(&[], |summary| &summary.notes)
+/// What a reader has to know before the results: the warnings of the run, and what it had to say of
+/// its energy at the end.
+fn notes(run: &Run) -> Vec<&str> {
+    let warnings = run.log.lines().filter(|line| line.starts_with("warning"));
+    let mut all: Vec<&str> = Vec::new();
+    for note in run.summary.iter().flat_map(|s| s.notes.iter().map(String::as_str)).chain(warnings)
+    {
+        // The log of a run that went on has them twice, and has the notes of the end too.
+        if all.iter().all(|other| !note.ends_with(other)) {
+            all.push(note);
+        }
+    }
+    all
 }
 
 fn status(run: &Run) -> Markup {
@@ -170,7 +181,10 @@ fn measures(run: &Run) -> Markup {
             tbody { @for (m, value, comparison) in &measures { tr {
                 th scope="row" { (m.name) }
                 td { (kind(m)) }
-                td.number { @match value { Some(v) => (measured(*v)), None => "none" } }
+                td.number { @match value {
+                    Some(v) => { (measured(*v)) " " (m.kind.unit(run.case.dimension())) }
+                    None => "none"
+                } }
                 @if let Some(c) = comparison {
                     td.number { (c.reference.to_string()) }
                     td.number { @if let Some(difference) = c.difference() { (difference) } }
@@ -191,19 +205,32 @@ fn measures(run: &Run) -> Markup {
     }
 }
 
-/// What a measure is, in the case's own word, of which particle and from when.
+/// What a measure is, in the case's own word, of which body, along what and from when.
 fn what(case: &mics_run::config::Case, m: &mics_run::config::Measure) -> String {
     let word = serde_json::to_value(m.kind)
         .ok()
         .and_then(|v| Some(v.as_str()?.replace('_', " ")))
         .unwrap_or_default();
-    let particle = if m.kind.needs_particle() {
+    let wall = m.kind.is_of_group() && m.particles[..] == [m.particle];
+    let particle = if m.kind.needs_particle() || wall {
         format!(" of {}", case.called(m.particle))
     } else {
         String::new()
     };
+    let names = ["x", "y", "z"];
+    let direction = m.direction.map_or(String::new(), |direction| {
+        let along = if m.kind == MeasureKind::Torque { "about" } else { "along" };
+        let axis = (0..3).find(|a| direction[*a].abs() > 1.0 - 1e-9);
+        let parts = direction.iter().take(case.dimension()).map(|part| short(*part));
+        match axis {
+            Some(a) if direction[a] > 0.0 => format!(" {along} {}", names[a]),
+            Some(a) => format!(" {along} -{}", names[a]),
+            None => format!(" {along} ({})", parts.collect::<Vec<_>>().join(", ")),
+        }
+    });
+    let axis = if m.kind.has_axis() { format!(" along {}", names[m.axis]) } else { String::new() };
     let from = if m.from > 0.0 { format!(", from {} s on", m.from) } else { String::new() };
-    word + &particle + &from
+    word + &particle + &direction + &axis + &from
 }
 
 /// An SVG text with a label for readers of the screen.

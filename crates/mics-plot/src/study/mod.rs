@@ -88,6 +88,8 @@ impl Target {
 pub struct Measured {
     /// Its name.
     pub name: String,
+    /// Its unit, where the run says one.
+    pub unit: String,
     /// Its median, where a repeat gave one.
     pub value: Option<f64>,
     /// `value/reference - 1` (the difference where all references are 0), where there is a
@@ -224,7 +226,7 @@ fn values(study: &str, plan: &Plan, rows: &[Row], groups: &Groups) -> Vec<Figure
         let (least, most) = (places().fold(f64::INFINITY, f64::min), places().fold(0.0, f64::max));
         let axes = Axes {
             x_label: along.to_owned(),
-            y_label: name.clone(),
+            y_label: format!("{name}{}", unit(rows, name)),
             title: format!("{study}: {name} over {along}"),
             log_x: least > 0.0 && most > WIDE * least,
             ..Axes::default()
@@ -247,7 +249,7 @@ fn errors(plan: &Plan, rows: &[Row], groups: &Groups, several: bool) -> Vec<Figu
     let mut figures = Vec::new();
     for target in plan.references {
         let (measure, percent) = (&target.measure, if target.is_relative() { 100.0 } else { 1.0 });
-        let unit = if target.is_relative() { " (%)" } else { "" };
+        let unit = if target.is_relative() { " (%)".into() } else { unit(rows, measure) };
         let error = |row: &&Row| Some((row.cpu?, row.measure(measure)?.error?));
         for (kind, ending, summary) in kinds {
             let point = |same: &[&Row]| {
@@ -334,6 +336,13 @@ fn costs(study: &str, plan: &Plan, rows: &[Row], groups: &Groups) -> Vec<Figure>
         Figure { axes, series, stem: format!("cost_{name}") }
     };
     plan.costs.iter().enumerate().map(figure).collect()
+}
+
+/// The unit of a measure behind its name; nothing where it has none.
+fn unit(rows: &[Row], name: &str) -> String {
+    let units = rows.iter().filter_map(|row| Some(&row.measure(name)?.unit));
+    let mut said = units.filter(|unit| !unit.is_empty());
+    said.next().map_or(String::new(), |unit| format!(" ({unit})"))
 }
 
 impl Row {

@@ -1,4 +1,5 @@
-//! Which way a measure of a force looks: along the stream, across it, or where the case says.
+//! Which way a measure of a force looks: along the stream, across it, or where the case says. A
+//! torque is about z, or about what the case says.
 //!
 //! ```text
 //!        lift          stream = fluid's velocity - the particle's, where they are told;
@@ -32,6 +33,9 @@ pub(super) fn of(
         let length = given.norm();
         // What a run has written reads back as it is.
         return Ok(Some(if (length - 1.0).abs() < 1e-12 { given } else { given / length }));
+    }
+    if measure.kind == MeasureKind::Torque {
+        return Ok(Some(Vector3::z()));
     }
     let Some(stream) = stream(case, measure).try_normalize(1e-12) else {
         let example = if case.dimension() == 2 { "[1.0, 0.0]" } else { "[1.0, 0.0, 0.0]" };

@@ -247,7 +247,10 @@ fn measure(m: &Measure, case: &Case) -> raw::Measure {
         axis: m.kind.has_axis().then(|| [Axis::X, Axis::Y, Axis::Z][m.axis]),
         region: m.region.clone().map(|[min, max]| raw::Region { min, max }),
         threshold: (m.kind == raw::MeasureKind::BedHeight).then_some(m.threshold),
-        direction: m.direction.map(|direction| direction.iter().take(dimension).copied().collect()),
+        direction: m
+            .direction
+            .filter(|_| dimension == 3 || m.kind != raw::MeasureKind::Torque)
+            .map(|direction| direction.iter().take(dimension).copied().collect()),
         from: m.from,
         when: m.when,
         speed: m.speed,

@@ -136,7 +136,9 @@ impl Row {
         let remarked = outcomes.iter().rfind(|outcome| !outcome.message.is_empty());
         let measured = measures.iter().map(|name| {
             let values = done.0.iter().filter_map(|o| o.summary["measures"][name].as_f64());
-            Measured { name: name.clone(), value: median(values.collect()), error: None }
+            let mut units = done.0.iter().filter_map(|o| o.summary["units"][name].as_str());
+            let unit = units.next().unwrap_or_default().to_owned();
+            Measured { name: name.clone(), unit, value: median(values.collect()), error: None }
         });
         let (cpu, cells) = (done.median("cpu_seconds"), done.median("cells"));
         let steps = done.median("steps").map(|steps| steps.max(1.0));

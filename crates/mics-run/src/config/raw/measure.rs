@@ -33,7 +33,8 @@ pub struct Measure {
     /// Least solid fraction of a layer for `bed_height`, default 0.1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub threshold: Option<f64>,
-    /// Direction of a force, of any length; of `lift_magnitude` that of the stream. Default: drag,
+    /// Direction of a force, of any length; of `lift_magnitude` that of the stream; of `torque` in
+    /// 3D the axis, default z. Default: drag,
     /// `force` and `force_noise` along the stream; lift and Strouhal numbers across it, in 2D
     /// turned by +90 degrees, in 3D the next axis (x, y, z, x). The stream is the inflow, the
     /// initial velocity or a moving wall, less a prescribed velocity; otherwise it is along an

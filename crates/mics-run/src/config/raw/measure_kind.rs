@@ -24,6 +24,9 @@ pub enum MeasureKind {
     /// Mean of the force by the fluid on all of `particles` together, along the stream or
     /// `direction` (N, in 2D N/m).
     Force,
+    /// Mean of the torque by the fluid on a particle or an obstacle, about the axis through its
+    /// centre that is along z or, in 3D, along `direction` (N m, in 2D N m/m).
+    Torque,
     /// Root mean square of the lift coefficient about its mean.
     LiftRms,
     /// Half the span of the lift coefficient.
@@ -149,6 +152,8 @@ impl MeasureKind {
             Angle => "rad",
             Force if dimension == 2 => "N/m",
             Force => "N",
+            Torque if dimension == 2 => "N m/m",
+            Torque => "N m",
             TransportRate | FlowRate if dimension == 2 => "m2/s",
             TransportRate | FlowRate => "m3/s",
             PressureDrop => "Pa",
@@ -164,7 +169,13 @@ impl MeasureKind {
     pub fn counts_the_start(self) -> bool {
         matches!(
             self,
-            DragCoefficient | LiftCoefficient | LiftMagnitude | LiftRms | LiftAmplitude | Force
+            DragCoefficient
+                | LiftCoefficient
+                | LiftMagnitude
+                | LiftRms
+                | LiftAmplitude
+                | Force
+                | Torque
         )
     }
 
@@ -240,9 +251,9 @@ impl MeasureKind {
         )
     }
 
-    /// Whether it is made of the force on a particle.
+    /// Whether it is made of the force or torque on a particle.
     pub fn is_of_force(self) -> bool {
-        self.needs_speed() || self.fits_morison() || matches!(self, ForceNoise | Force)
+        self.needs_speed() || self.fits_morison() || matches!(self, ForceNoise | Force | Torque)
     }
 
     /// Whether it is of the component of a force across the stream.
@@ -259,6 +270,7 @@ impl MeasureKind {
                 | LiftMagnitude
                 | LiftRms
                 | Force
+                | Torque
                 | DriveForce
                 | PressureDrop
         )

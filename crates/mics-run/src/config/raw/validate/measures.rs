@@ -96,7 +96,12 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
             ensure!(
                 holds,
                 key("direction"),
-                "is of forces: drag, lift, strouhal, force and force_noise"
+                "is of forces: drag, lift, strouhal, force, torque and force_noise"
+            );
+            ensure!(
+                *kind != MeasureKind::Torque || case.dimension() == 3,
+                key("direction"),
+                "is of a torque in 3D only: in 2D it is about z"
             );
             vector(&key("direction"), direction, case.dimension(), "of any length")?;
             let some = direction.iter().any(|part| *part != 0.0);
@@ -127,7 +132,11 @@ fn particles(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Ch
     let (kind, count) = (measure.kind, case.particle.len());
     if measure.obstacle.is_some() {
         let holds = kind.is_of_force() && !kind.fits_morison();
-        ensure!(holds, key("obstacle"), "is for forces: drag, lift, strouhal, force, force_noise");
+        ensure!(
+            holds,
+            key("obstacle"),
+            "is for forces: drag, lift, strouhal, force, torque, force_noise"
+        );
         return Ok(());
     }
     let missing = |id| format!("there is no particle {id}: the case has {count}, counted from 0");
