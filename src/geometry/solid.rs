@@ -123,6 +123,7 @@ impl Shape for Solid {
         // How far along the row what was found last holds, and what that is.
         let (mut known, mut inside) = (f64::NEG_INFINITY, false);
         let (dimension, mut row, mut planes) = (self.dimension(), None, Planes::default());
+        let joined = self.0.obstacle().is_some_and(Obstacle::is_joined);
         for mut one in tiles.boxes() {
             if row != Some([one.at[1], one.at[2]]) {
                 (row, known) = (Some([one.at[1], one.at[2]]), f64::NEG_INFINITY);
@@ -140,6 +141,9 @@ impl Shape for Solid {
                 } else {
                     own = Some(middle);
                 }
+            }
+            if joined && !self.0.owns(&orientation.inverse_transform_vector(&one.middle)) {
+                continue;
             }
             if let Some(own) = own {
                 let whole: f64 = (0..dimension).map(|a| 2.0 * one.half[a]).product();

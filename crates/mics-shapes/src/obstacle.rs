@@ -405,7 +405,7 @@ impl Geometry for Obstacle {
     }
 
     fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
-        if !self.owns(middle) {
+        if self.is_joined() && !self.owns(middle) {
             return (0.0, Vector3::zeros());
         }
         let (volume, first) = self.surface.filled(&(middle + self.origin), half);
