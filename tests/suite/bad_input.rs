@@ -109,8 +109,8 @@ fn refused(text: &[u8], arguments: &[&str], says: &[&str]) -> Vec<String> {
     shortcomings(&mics(&case, &out, arguments), &out, says)
 }
 
-/// The same of a text that is refused as it is read, without a process of its own; what reads well is
-/// run.
+/// The same of a text that is refused as it is read, without a process of its own; what reads well
+/// is run.
 fn refused_as_read(text: &str, says: &[&str]) -> Vec<String> {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let case = folder.path().join("small.toml");

@@ -244,7 +244,7 @@ fn ellipse_motion_agrees_on_any_number_of_ranks() {
     let said =
         in_processes("ellipse::ellipse_motion_agrees_on_any_number_of_ranks", &kinds, |session| {
             let mut scene = trio(session, "");
-            for _ in 0..20 {
+            for _ in 0..10 {
                 scene.step(2e-3).unwrap();
             }
             if session.rank() == 0 {

@@ -345,7 +345,7 @@ fn external_additions_agree_on_any_number_of_ranks() {
     let test = "extending::external_additions_agree_on_any_number_of_ranks";
     let said = in_processes(test, &[(1, ""), (2, ""), (4, "")], |session| {
         let mut scene = swept(session, DISCS);
-        (0..40).for_each(|_| _ = scene.step(2e-3).unwrap());
+        (0..10).for_each(|_| _ = scene.step(2e-3).unwrap());
         let (e, free) = (&scene.state.energy, &scene.state.bodies[0]);
         if session.rank() == 0 {
             println!("state {:?}", [e.drive, e.fluid, e.boundaries, free.velocity.x, free.spin.z]);

@@ -215,7 +215,7 @@ mod tests {
             )
         };
         let case = mics_run::config::written(&format!(
-            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [8.0, 8.0], cells = [8, 8] }}\n\
+            "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [8.0, 8.0], cells = [160, 160] }}\n\
             fluid = {{ density = 2.0, viscosity = 0.1 }}\n\
             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
             }}\n{}{}",
