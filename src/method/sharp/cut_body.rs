@@ -99,6 +99,8 @@ pub struct CutBody<const D: usize> {
     pub own_arms: Vec<Vector3<f64>>,
     /// Those that it shares with others.
     pub shared_own_cells: Vec<SharedCell>,
+    /// How far outside (m) it sets the velocity of cells by the profile.
+    outside: f64,
     /// Cells whose velocity it sets.
     pub ghost_cells: Vec<GhostCell>,
     /// The profiles of those that are not deep inside.
@@ -170,6 +172,7 @@ impl<const D: usize> CutBody<D> {
             own_cells: Vec::with_capacity(cells(0.0)),
             own_arms: Vec::with_capacity(cells(0.0)),
             shared_own_cells: Vec::with_capacity(cells(0.0) / FEW),
+            outside: 0.0,
             ghost_cells: Vec::with_capacity(ghosts),
             profiles: Vec::with_capacity(ghosts),
             targets: Vec::with_capacity(ghosts),
@@ -194,6 +197,7 @@ impl<const D: usize> CutBody<D> {
             own_cells: Vec::new(),
             own_arms: Vec::new(),
             shared_own_cells: Vec::new(),
+            outside: 0.0,
             ghost_cells: Vec::new(),
             profiles: Vec::new(),
             targets: Vec::new(),
@@ -261,6 +265,7 @@ impl<const D: usize> CutBody<D> {
         if self.quadrature_points.is_empty() {
             self.quadrature_points = shape.surface(around.h).into();
         }
+        self.outside = around.outside(&self.quadrature_points);
         // A face along an axis has a cell on either side.
         let beside = bounds + Vector3::from_fn(|a, _| if a < D { 2.0 * grid.h[a] } else { 0.0 });
         let walls = walls_within(grid, &body.centre, &beside);
@@ -325,7 +330,7 @@ impl<const D: usize> CutBody<D> {
                 if touched && owned > 0.0 {
                     self.add_own_cell(self.solid[touched_cells - 1].arm, owned, cell);
                 }
-                if (s <= tight.max(around.within) || cleared) && owned > 0.0 {
+                if (s <= tight.max(self.outside) || cleared) && owned > 0.0 {
                     let s = (s, normal, cleared);
                     self.add_ghost_cell(around, k, &image, &arm, s, owned, cell);
                 }
@@ -360,12 +365,13 @@ impl<const D: usize> CutBody<D> {
         cell: usize,
     ) {
         let (body, shared) = (&around.bodies[k], owned < 1.0);
+        let along_grid = normal.is_some_and(|normal| normal.amax() > gap::ALONG_GRID);
         let normal =
             || Normal::new(around.round, arm, s, normal.unwrap_or_else(|| arm.normalize()));
         let (mut stencil, mut weight) = (Stencil::STILL, 1.0);
         if s > 0.0 && !cleared {
             (stencil, weight) = self.stencils.profile_across(around, image, &normal(), s);
-            if weight == 0.0 && s <= around.within {
+            if weight == 0.0 && s <= self.outside && along_grid {
                 (stencil, weight) = (self.stencils.profile(around, image, &normal(), s), 1.0);
             } else if weight == 0.0 && !shared {
                 return;
