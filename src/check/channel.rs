@@ -42,7 +42,7 @@ pub fn narrow<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
         found.min_by(|a, b| a.width.total_cmp(&b.width))?;
     let place: Vec<_> = middle.iter().take(D).map(|x| brief(*x)).collect();
     Some(format!(
-        "warning      the channel between {one} and {other} at [{}] m is {} m wide, {:.1} cells, \
+        "warning      the channel between {one} and {other} at [{}] m, {} m wide, has {:.1} cells, \
         and {ENOUGH} or more are needed: its flow is too fast, through two cells by 89 %",
         place.join(", "),
         brief(width),

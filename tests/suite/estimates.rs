@@ -206,7 +206,8 @@ fn check_and_run_agree_on_bad_contact_stiffness() {
     }
     // The stiffness that the failing run asks for holds.
     let (_, said) = &both("1e3")[1];
-    let asked = said.split("make the contact stiffer, ").nth(1).unwrap().split(' ').next().unwrap();
+    let asked =
+        said.split("contact.normal_stiffness = ").nth(1).unwrap().split(' ').next().unwrap();
     assert_eq!(both(asked)[1].0, Some(0), "{asked}");
 }
 

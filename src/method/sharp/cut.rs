@@ -22,12 +22,6 @@ use crate::state::BeforeForcing;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Distance (spacings) up to which cells outside a fixed body that is not round have the profile in
-/// place of a momentum of their own: a row of them along a flat surface would see no more of
-/// themselves in their ghost cells, and turn with the row above, faster than eight Legendre stages
-/// bear (1.075 times a step at 0.01, 1.015 at 0.05, 0.95 at 0.1).
-const CLOSE: f64 = 0.1;
-
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
     /// Those that reach this rank.
@@ -166,16 +160,13 @@ impl<const D: usize> CutBodies<D> {
             self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
             let orientation = bodies[k].orientation();
             let reached = bodies[k].shape().bounds(&orientation).add_scalar(1.001 * reach);
-            let round = neighbour::round(&bodies[k]);
-            let within = if cubic && round.is_none() { CLOSE * self.h } else { 0.0 };
             let around = Surroundings {
                 grid,
                 boundaries,
                 bodies,
                 body: k,
                 orientation,
-                round,
-                within,
+                round: neighbour::round(&bodies[k]),
                 near: &self.beside,
                 numerics: &domain.numerics,
                 h: self.h,

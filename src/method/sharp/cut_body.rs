@@ -105,6 +105,8 @@ pub struct CutBody<const D: usize> {
     pub own_arms: Vec<Vector3<f64>>,
     /// Those that it shares with others.
     pub shared_own_cells: Vec<SharedCell>,
+    /// How far outside (m) it sets the velocity of cells by the profile.
+    outside: f64,
     /// Cells whose velocity it sets.
     pub ghost_cells: Vec<GhostCell>,
     /// The profiles of those that are not deep inside: one from each face that is about as near.
@@ -190,6 +192,7 @@ impl<const D: usize> CutBody<D> {
             own_cells: Vec::with_capacity(cells(own)),
             own_arms: Vec::with_capacity(cells(own)),
             shared_own_cells: Vec::with_capacity(cells(0.0) / FEW),
+            outside: 0.0,
             ghost_cells: Vec::with_capacity(ghosts),
             profiles: Vec::with_capacity(ghosts),
             shares: Vec::with_capacity(if shape.is_round() { 0 } else { ghosts }),
@@ -217,6 +220,7 @@ impl<const D: usize> CutBody<D> {
             own_cells: Vec::new(),
             own_arms: Vec::new(),
             shared_own_cells: Vec::new(),
+            outside: 0.0,
             ghost_cells: Vec::new(),
             profiles: Vec::new(),
             shares: Vec::new(),
@@ -287,6 +291,7 @@ impl<const D: usize> CutBody<D> {
         if self.quadrature_points.is_empty() {
             self.quadrature_points = shape.surface(around.h).into();
         }
+        self.outside = around.outside(&self.quadrature_points);
         // A face along an axis has a cell on either side.
         let reached = bounds + Vector3::from_fn(|a, _| if a < D { 2.0 * grid.h[a] } else { 0.0 });
         let walls = walls_within(grid, &body.centre, &reached);
@@ -375,7 +380,7 @@ impl<const D: usize> CutBody<D> {
                     let arm = if touched { self.solid[touched_cells - 1].arm } else { arm };
                     self.add_own_cell(arm, owned, cell);
                 }
-                if (s <= tight.max(around.within) || cleared) && owned > 0.0 {
+                if (s <= tight.max(self.outside) || cleared) && owned > 0.0 {
                     let s = (s, normal, cleared);
                     self.add_ghost_cell(around, k, &image, &arm, s, owned, cell);
                 }
@@ -418,7 +423,7 @@ impl<const D: usize> CutBody<D> {
             weight = share;
             if weight > 0.0 {
                 self.add_profile(around, arm, across, 1.0);
-            } else if s <= around.within {
+            } else if s <= self.outside {
                 weight = 1.0;
                 let profile = self.stencils.profile(around, image, &normal(), s);
                 self.add_profile(around, arm, profile, 1.0);
