@@ -19,7 +19,6 @@ pub(crate) fn refuse_collisions<const D: usize>(
     let (grid, periods) = (&domain.grid, domain.periods());
     let lawless = |b: &Body| !has_law || b.freedom().is_none();
     for (index, body) in bodies.iter().enumerate().filter(|(_, b)| b.moves() && lawless(b)) {
-        let mover = body.called();
         let cure = match body.freedom() {
             Some(_) => "give the case a [contact] table, or end the run before",
             None => "it moves as prescribed: end the run before, or change its motion",
@@ -32,8 +31,9 @@ pub(crate) fn refuse_collisions<const D: usize>(
             let inside = bounds[a] * (1.0 - 1e-9)..=grid.size[a] - bounds[a] * (1.0 - 1e-9);
             if !inside.contains(&body.centre[a]) {
                 return Err(Error::Run(format!(
-                    "{mover} has reached the boundary of the box along {axis} (its centre \
-                    is at {:.6} m); {cure}",
+                    "{} has reached the boundary of the box along {axis} (its centre is at \
+                    {:.6} m); {cure}",
+                    body.called(),
                     body.centre[a]
                 )));
             }
@@ -44,7 +44,8 @@ pub(crate) fn refuse_collisions<const D: usize>(
             let touching = (body.radius() + other.radius()) * (1.0 - 1e-9);
             if apart.norm_squared() < touching * touching && overlap(body, other, &apart) {
                 return Err(Error::Run(format!(
-                    "{mover} has run into {} (their centres are {:.6} m apart); {cure}",
+                    "{} has run into {} (their centres are {:.6} m apart); {cure}",
+                    body.called(),
                     other.called(),
                     apart.norm()
                 )));

@@ -96,7 +96,7 @@ fn obstacle_has_its_name_in_messages_and_its_number_in_files() {
     assert!(ids.split_whitespace().all(|id| id == "0"), "{ids}");
     // A disc that is too fast for its soft contact.
     let struck = disc(0.17, "density = 2000.0\nvelocity = [20.0, 0.0]") + &disc(0.32, "");
-    let soft = struck + "[time]\nend = 0.1\nstep = 1e-4\n";
+    let soft = struck + "[time]\nend = 0.1\nstep = 2e-5\n";
     let soft = text(&soft).replace("[contact]", "[contact]\nnormal_stiffness = 10.0");
     std::fs::write(file, soft).unwrap();
     let ended = mics(&["run", file, "--quiet", "--force", "--out", out.to_str().unwrap()]);

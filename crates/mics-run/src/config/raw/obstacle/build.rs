@@ -171,17 +171,23 @@ fn wall(
     let moves = typed.motion != Moved::Fixed;
     let wall = Wall::new(form, &room, centre.clone(), moves)
         .map_err(|fault| refuse(&format!("{}: {cure}", fault.0)))?;
+    stands(case, &wall).map_err(|what| refuse(&format!("{what}: {cure}")))?;
+    Ok(wall)
+}
+
+/// Refuses what has no volume in the box, or is far too small for its cells, in words.
+fn stands(case: &Case, wall: &Wall) -> Result<(), String> {
     let within = |(x, size): (&f64, &f64)| (0.0..=*size).contains(x);
-    if !wall.centre().iter().zip(&room.size).all(within) {
-        return Err(refuse(&format!("has no volume within the domain: {cure}")));
+    if !wall.centre().iter().zip(&case.domain.size).all(within) {
+        return Err("has no volume within the domain".to_owned());
     }
     let [low, high] = wall.bounds();
     let cells = (high - low).amax() / case.spacings().into_iter().fold(0.0, f64::max);
     if cells < FEWEST_CELLS {
-        let least = format!("and {FEWEST_CELLS} are the least: {cure}");
-        return Err(refuse(&format!("is {} cells long in the box, {least}", brief(cells))));
+        let cells = brief(cells);
+        return Err(format!("is {cells} cells long in the box, and {FEWEST_CELLS} are the least"));
     }
-    Ok(wall)
+    Ok(())
 }
 
 fn of_outlines(raw: &Outlines, key: &str, source: Option<&Source>) -> Result<Form, Fault> {

@@ -81,8 +81,8 @@ impl Form {
             }
             Form::Surface { points, .. } => points.iter().map(|p| Vector3::from(*p)).collect(),
         };
-        let [low, high] =
-            [f64::min, f64::max].map(|end| all.iter().copied().reduce(|a, b| a.zip_map(&b, end)));
+        let end = |end: fn(f64, f64) -> f64| all.iter().copied().reduce(|a, b| a.zip_map(&b, end));
+        let [low, high] = [end(f64::min), end(f64::max)];
         low.zip(high).map_or(0.0, |(low, high)| (high - low).amax())
     }
 
@@ -112,8 +112,8 @@ impl PartialEq for Wall {
 }
 
 impl Wall {
-    /// A wall of this form in a room, with this centre (m), or that of its volume; of one that rests
-    /// along periodic axes the middle of the room, which it may go on across.
+    /// A wall of this form in a room, with this centre (m), or that of its volume; of one that
+    /// rests along periodic axes the middle of the room.
     ///
     /// # Errors
     /// When it is none, in words.
