@@ -55,25 +55,34 @@ impl Channel {
     fn beside(case: &Case, bodies: &[Body], k: usize, body: &Body, h: f64) -> Option<Channel> {
         let (orientation, shape) = (body.orientation(), body.shape());
         let mut narrowest: Option<Channel> = None;
+        let obstacle = shape.obstacle()?;
+        let is_joined =
+            |other: &Body| other.shape().obstacle().is_some_and(|o| o.is_one_with(obstacle));
+        // Those that are one solid with it have no walls within each other.
+        let is_apart = |other: &Body| other.shape().is_obstacle() && !is_joined(other);
         for point in shape.surface(h) {
             let (foot, n) = (orientation * point.place, orientation * point.normal);
             let at = body.centre + foot;
             let most = narrowest.as_ref().map_or(ENOUGH * h * (1.0 - 1e-9), |c| c.width);
-            let covered = |(j, other): (usize, &Body)| {
+            let covered = |other: &Body| {
                 let arm = at - other.centre;
-                j != k
-                    && other.shape().is_obstacle()
-                    && other.shape().distance(&other.orientation(), &arm) < CLOSED * h
+                is_apart(other) && other.shape().distance(&other.orientation(), &arm) < CLOSED * h
             };
-            if bodies.iter().enumerate().any(covered) {
+            if bodies.iter().any(covered) {
                 continue;
             }
-            let own = shape.meets_itself(&orientation, &foot, &n).map(|width| (width, k));
+            let own = shape.meets_itself(&orientation, &foot, &n).map(|width| {
+                let beyond = orientation.inverse() * (foot + (width + CLOSED * h) * n);
+                let owner = obstacle.owner(&beyond);
+                let is_it = |other: &Body| {
+                    is_joined(other)
+                        && other.shape().obstacle().is_some_and(|o| o.number() == owner)
+                };
+                (width, bodies.iter().position(is_it).unwrap_or(k))
+            });
             let others = bodies.iter().enumerate().filter_map(|(j, other)| {
                 let (way, turn) = (other.centre - at, other.orientation());
-                let near = j != k
-                    && other.shape().is_obstacle()
-                    && other.shape().distance(&turn, &-way) < most;
+                let near = is_apart(other) && other.shape().distance(&turn, &-way) < most;
                 let width = if near { other.shape().meets(&turn, &way, &n) } else { None };
                 Some((width?, j))
             });

@@ -1,6 +1,7 @@
 //! The integration tests: the solver against exact and published solutions, and the program as a
 //! stranger meets it.
 
+mod aligned;
 mod allocation;
 mod bad_bodies;
 mod bad_command;

@@ -51,15 +51,18 @@ fn tilted_channel(petsc: &Petsc, n: usize, offset: f64) -> f64 {
     flow / exact - 1.0
 }
 
+/// The largest error wherever the walls lie: at one place it is up to a third less on either grid,
+/// as a row of cells comes to lie within a tenth of a spacing of a wall.
 #[test]
 fn tilted_channel_flow_is_second_order_wherever_the_walls_lie() {
     let petsc = petsc();
-    for offset in [0.0, 0.013, 0.031] {
-        let [coarse, fine] = [16, 32].map(|n| tilted_channel(&petsc, n, offset));
-        let observed = order(coarse.abs(), fine.abs(), 2.0);
-        println!("offset {offset}: {coarse:+.2e}, {fine:+.2e}, order {observed:.2}");
-        assert!(fine.abs() < 0.01 && observed > 1.8, "{coarse} {fine}");
-    }
+    let worst = [16, 32].map(|n| {
+        let all = [0.0, 0.005, 0.013, 0.031].map(|offset| tilted_channel(&petsc, n, offset));
+        println!("{n} cells: {all:.2e?}");
+        all.into_iter().map(f64::abs).fold(0.0, f64::max)
+    });
+    let observed = order(worst[0], worst[1], 2.0);
+    assert!(worst[1] < 2.1e-3 && observed > 1.8, "{worst:?} {observed}");
 }
 
 #[test]

@@ -84,8 +84,8 @@ impl Obstacle {
     /// other way round holes. Where outlines overlap or touch, it is their union.
     ///
     /// # Errors
-    /// When there is no outline, one has fewer than three corners or crosses itself, none of it is
-    /// within the domain, or it is longer than a period.
+    /// When there is no outline, one has fewer than three corners or crosses itself, or none of it
+    /// is within the domain.
     pub fn outlines(outlines: &[Vec<[f64; 2]>], room: &Room) -> Result<Obstacle, Fault> {
         let mut faces = Vec::new();
         // All the other way round where that makes more solid than holes.
@@ -111,7 +111,7 @@ impl Obstacle {
     /// outside.
     ///
     /// # Errors
-    /// When none of it is within the domain, or it is longer than a period.
+    /// When none of it is within the domain.
     pub fn surface(triangles: &[Face], room: &Room) -> Result<Obstacle, Fault> {
         Obstacle::of(3, triangles.to_vec(), room)
     }
@@ -130,7 +130,7 @@ impl Obstacle {
     }
 
     fn of(dimension: usize, mut faces: Vec<Face>, room: &Room) -> Result<Obstacle, Fault> {
-        walls::bring_into_period(&mut faces, room)?;
+        walls::bring_into_period(&mut faces, room);
         let (surface, solid) = merged(dimension, &[&faces], room)?;
         let numbered = faces.iter().copied().zip(0..).collect();
         // Its own walls: of those that lie on each other across a period, the union's.

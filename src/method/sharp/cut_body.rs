@@ -2,15 +2,14 @@
 //! the points of its surface where its traction is taken. Rebuilt when the body moves.
 //! [`super::stencil`] has what is read of the velocity beside its surface.
 
-use super::PROFILE_DEPTH;
 use super::gap::{self, Surroundings};
 use super::near::walls_within;
 use super::neighbour;
 use super::shared_cell::SharedCell;
-use super::stencil::{Cubic, Image, Normal, Reading, Stencil, Stencils};
+use super::stencil::{Cubic, Normal, Reading, Stencils};
 use crate::geometry::{
-    Block, Cut, Cuts, FaceCentroids, Nearest, Orientation, Overlap, Placed, Planes, Shape,
-    SurfacePoint, Tiles, aperture, fraction, images,
+    Block, Cut, Cuts, FaceCentroids, Nearest, Orientation, Overlap, Placed, Shape, SurfacePoint,
+    Tiles, aperture, fraction, images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::numerics::Numerics;
@@ -105,8 +104,8 @@ pub struct CutBody<const D: usize> {
     pub own_arms: Vec<Vector3<f64>>,
     /// Those that it shares with others.
     pub shared_own_cells: Vec<SharedCell>,
-    /// How far outside (m) it sets the velocity of cells by the profile.
-    outside: f64,
+    /// Whether its surface is flat in places: two points side by side have one normal.
+    pub(super) flat: bool,
     /// Cells whose velocity it sets.
     pub ghost_cells: Vec<GhostCell>,
     /// The profiles of those that are not deep inside: one from each face that is about as near.
@@ -114,7 +113,7 @@ pub struct CutBody<const D: usize> {
     /// The share of each in its ghost cell, of a body that is not round.
     pub shares: Vec<f64>,
     /// Scratch of the faces that are about as near to a ghost cell.
-    feet: Vec<Nearest>,
+    pub(super) feet: Vec<Nearest>,
     /// The velocity that each is set to (m/s), as last found.
     pub targets: Vec<Vector3<f64>>,
     /// Velocity of each at the start of the step less the target at its end (m/s), where steps need
@@ -133,14 +132,6 @@ pub struct CutBody<const D: usize> {
     quadrature_points: Arc<[SurfacePoint]>,
     /// Stencils by which it reads the velocity beside its surface.
     pub stencils: Stencils<D>,
-}
-
-/// How far a cell's middle is at most from what a face beside it is covered by (m).
-fn beside_face<const D: usize>(grid: &Grid<D>) -> f64 {
-    let square = |axis: usize| {
-        (0..D).map(|a| grid.h[a] * if a == axis { 1.0 } else { 0.5 }).map(|x| x * x).sum::<f64>()
-    };
-    (0..D).map(square).fold(0.0, f64::max).sqrt()
 }
 
 impl<const D: usize> CutBody<D> {
@@ -192,7 +183,7 @@ impl<const D: usize> CutBody<D> {
             own_cells: Vec::with_capacity(cells(own)),
             own_arms: Vec::with_capacity(cells(own)),
             shared_own_cells: Vec::with_capacity(cells(0.0) / FEW),
-            outside: 0.0,
+            flat: false,
             ghost_cells: Vec::with_capacity(ghosts),
             profiles: Vec::with_capacity(ghosts),
             shares: Vec::with_capacity(if shape.is_round() { 0 } else { ghosts }),
@@ -220,7 +211,7 @@ impl<const D: usize> CutBody<D> {
             own_cells: Vec::new(),
             own_arms: Vec::new(),
             shared_own_cells: Vec::new(),
-            outside: 0.0,
+            flat: false,
             ghost_cells: Vec::new(),
             profiles: Vec::new(),
             shares: Vec::new(),
@@ -276,8 +267,7 @@ impl<const D: usize> CutBody<D> {
         let tight =
             if self.has_neighbours { gap::unresolved(around.numerics) * around.h } else { 0.0 };
         let bounds = shape.bounds(orientation).sup(&shape.bounds(&before.orientation));
-        let beside = if around.round.is_some() { 0.0 } else { beside_face(grid) };
-        let extent = bounds.add_scalar(before.way.norm().max(tight).max(beside));
+        let extent = bounds.add_scalar(before.way.norm().max(tight));
         let reached = extent.add_scalar(BEYOND * around.h);
         if images(grid, body.shape(), &body.centre)
             .all(|image| Block::owned(grid, &image, &reached).ends().is_none())
@@ -291,7 +281,8 @@ impl<const D: usize> CutBody<D> {
         if self.quadrature_points.is_empty() {
             self.quadrature_points = shape.surface(around.h).into();
         }
-        self.outside = around.outside(&self.quadrature_points);
+        let mut points = self.quadrature_points.windows(2);
+        self.flat = points.any(|two| two[0].normal == two[1].normal);
         // A face along an axis has a cell on either side.
         let reached = bounds + Vector3::from_fn(|a, _| if a < D { 2.0 * grid.h[a] } else { 0.0 });
         let walls = walls_within(grid, &body.centre, &reached);
@@ -322,185 +313,6 @@ impl<const D: usize> CutBody<D> {
             owners.extend(
                 arms.iter().map(|arm| [arm - step, arm + step].map(|x| obstacle.owner(&x))),
             );
-        }
-    }
-
-    /// Finds its own cells and its ghost cells within an extent (m), of which those in gaps
-    /// narrower than `tight` (m) lie outside.
-    fn find_cells(
-        &mut self,
-        around: &Surroundings<D>,
-        k: usize,
-        before: &Before,
-        extent: &Vector3<f64>,
-        tight: f64,
-    ) {
-        let (grid, body, orientation) = (around.grid, &around.bodies[k], &around.orientation);
-        let (shape, mut touched_cells, round) = (body.shape(), 0, around.round);
-        let beside = if round.is_some() { 0.0 } else { beside_face(grid) };
-        // No body has left a cell that is further off than a point of it went.
-        let turned = (orientation.matrix() - before.orientation.matrix()).norm();
-        let turned = if round.is_some() { 0.0 } else { turned };
-        let way = before.way.norm() + (turned + 1e-9) * body.radius();
-        for centre in images(grid, body.shape(), &body.centre) {
-            let image = self.stencils.image(grid, centre);
-            let far = tight.max(way).max(beside);
-            let (mut planes, point) = (Planes::default(), Vector3::zeros());
-            for at in Block::owned(grid, &centre, extent) {
-                let arm = Vector3::from_fn(|a, _| {
-                    if a < D { (at[a] as f64 + 0.5) * grid.h[a] - centre[a] } else { 0.0 }
-                });
-                let Some(cell) = grid.owned_index(at) else { continue };
-                // Cells that it touches come in the same order, image by image; the next one may be
-                // the first that another image touches.
-                let own =
-                    |solid: &Overlap| solid.cell == cell && (solid.arm - arm).amax() < around.h;
-                let touched = self.solid.get(touched_cells).is_some_and(own);
-                touched_cells += usize::from(touched);
-                if !touched
-                    && round.is_none()
-                    && planes.clears(shape, orientation, &arm, &point, far)
-                {
-                    continue;
-                }
-                let (s, normal) = around.nearest(shape, orientation, &arm);
-                let cleared = s > 0.0
-                    && s <= way
-                    && around.distance(shape, &before.orientation, &(arm + before.way)) <= 0.0;
-                if s > tight && s >= beside && !cleared && !touched {
-                    continue;
-                }
-                if !shape.owns(orientation, &arm) {
-                    continue;
-                }
-                let owned = around.ownership(&arm, s);
-                // A cell beside a covered face counts from where it does not touch the body yet: as
-                // the surface passes a line of the grid, nothing jumps.
-                if (touched || s < beside) && owned > 0.0 {
-                    let arm = if touched { self.solid[touched_cells - 1].arm } else { arm };
-                    self.add_own_cell(arm, owned, cell);
-                }
-                if (s <= tight.max(self.outside) || cleared) && owned > 0.0 {
-                    let s = (s, normal, cleared);
-                    self.add_ghost_cell(around, k, &image, &arm, s, owned, cell);
-                }
-            }
-        }
-        debug_assert_eq!(touched_cells, self.solid.len());
-        self.targets.clear();
-        self.targets.resize(self.ghost_cells.len(), Vector3::zeros());
-    }
-
-    fn add_own_cell(&mut self, arm: Vector3<f64>, owned: f64, cell: usize) {
-        if owned < 1.0 {
-            let next = SharedCell::next(&self.own_cells, cell, owned, 1.0, false);
-            self.shared_own_cells.push(next);
-        }
-        let (ownership, cell, cut_change) = (owned, cell as u32, [0.0; D]);
-        self.own_cells.push(OwnCell { ownership, cut_change, cell });
-        self.own_arms.push(arm);
-    }
-
-    /// Adds the ghost cell at the distance `s` (m) from the surface, with the normal there of a
-    /// body that is not round, and the profile that it needs.
-    #[allow(clippy::too_many_arguments)]
-    fn add_ghost_cell(
-        &mut self,
-        around: &Surroundings<D>,
-        k: usize,
-        image: &Image,
-        arm: &Vector3<f64>,
-        (s, normal, cleared): (f64, Option<Vector3<f64>>, bool),
-        owned: f64,
-        cell: usize,
-    ) {
-        let (body, shared) = (&around.bodies[k], owned < 1.0);
-        let normal =
-            || Normal::new(around.round, arm, s, normal.unwrap_or_else(|| arm.normalize()));
-        let mut weight = 1.0;
-        if s > 0.0 && !cleared {
-            let (across, share) = self.stencils.profile_across(around, image, &normal(), s);
-            weight = share;
-            if weight > 0.0 {
-                self.add_profile(around, arm, across, 1.0);
-            } else if s <= self.outside {
-                weight = 1.0;
-                let profile = self.stencils.profile(around, image, &normal(), s);
-                self.add_profile(around, arm, profile, 1.0);
-            } else if !shared {
-                return;
-            }
-        } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
-            self.find_feet(around, body.shape(), arm, s);
-            if self.feet.len() < 2 {
-                self.add_profile_inside(around, image, arm, s, &normal(), 1.0);
-                self.feet.clear();
-            }
-            let all: f64 = self.feet.iter().map(|foot| around.share_of(s, foot)).sum();
-            for i in 0..self.feet.len() {
-                let foot = self.feet[i];
-                let share = around.share_of(s, &foot) / all;
-                let normal = Normal::new(None, arm, foot.distance, foot.normal);
-                self.add_profile_inside(around, image, arm, foot.distance, &normal, share);
-            }
-        }
-        if shared {
-            let next = SharedCell::next(&self.ghost_cells, cell, owned, weight, cleared);
-            self.shared_ghost_cells.push(next);
-        }
-        let (arm, cell, first) = (*arm, cell as u32, true);
-        self.ghost_cells.push(GhostCell { arm, weight, cell, cleared, first });
-    }
-
-    /// Finds the faces of a body with sharp edges that are about as near to the cell inside at
-    /// `arm` (m) as the nearest, at the signed distance `s` (m).
-    fn find_feet(
-        &mut self,
-        around: &Surroundings<D>,
-        shape: &dyn Shape,
-        arm: &Vector3<f64>,
-        s: f64,
-    ) {
-        self.feet.clear();
-        if around.round.is_none() {
-            let within = around.numerics.blending_width * around.h - s;
-            shape.feet(&around.orientation, arm, within, &mut self.feet);
-        }
-    }
-
-    /// Adds the profile at the signed distance `s` (m) along a normal to the ghost cell that comes
-    /// next.
-    fn add_profile_inside(
-        &mut self,
-        around: &Surroundings<D>,
-        image: &Image,
-        arm: &Vector3<f64>,
-        s: f64,
-        normal: &Normal,
-        share: f64,
-    ) {
-        let stencil = self.stencils.profile(around, image, normal, s);
-        if around.cubic {
-            let own = Reading { arm: *arm, stencil, place: self.ghost_cells.len() as u32 };
-            let own = (self.profiles.len(), &own);
-            self.cubic.extend(self.stencils.cubic(around, image, normal, s, own));
-        }
-        self.add_profile(around, arm, stencil, share);
-    }
-
-    fn add_profile(
-        &mut self,
-        around: &Surroundings<D>,
-        arm: &Vector3<f64>,
-        stencil: Stencil,
-        share: f64,
-    ) {
-        if stencil.is_still() {
-            return;
-        }
-        self.profiles.push(Reading { arm: *arm, stencil, place: self.ghost_cells.len() as u32 });
-        if around.round.is_none() {
-            self.shares.push(share);
         }
     }
 

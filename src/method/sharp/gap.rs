@@ -17,7 +17,7 @@
 
 use super::neighbour::Neighbour;
 use super::profile::Parabola;
-use crate::geometry::{Nearest, Orientation, Shape, SurfacePoint};
+use crate::geometry::{Nearest, Orientation, Shape};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::Numerics;
 use crate::particles::Body;
@@ -30,12 +30,6 @@ pub const POISEUILLE: f64 = 12.0;
 /// Distances that differ by less (spacings) are alike: the two sides of a period, and two ranks,
 /// round them differently.
 const SAME: f64 = 1e-9;
-
-/// Distance (spacings) up to which cells outside a fixed flat surface have the profile in place of
-/// a momentum of their own: a row of them along it would see no more of themselves in their ghost
-/// cells, and turn with the row above, faster than eight Legendre stages bear (1.075 times a step
-/// at 0.01, 1.015 at 0.05, 0.95 at 0.1).
-const CLOSE: f64 = 0.1;
 
 /// What lies across a gap.
 #[derive(Clone, Copy, Debug)]
@@ -183,13 +177,6 @@ impl<const D: usize> Surroundings<'_, D> {
         }
         let (distance, normal) = shape.nearest(orientation, arm);
         (distance, Some(normal))
-    }
-
-    /// How far outside (m) cells have the profile as those inside do, beside a surface of these
-    /// points: nothing where bodies move, or where no two points side by side lie in a plane.
-    pub fn outside(&self, points: &[SurfacePoint]) -> f64 {
-        let flat = self.cubic && points.windows(2).any(|two| two[0].normal == two[1].normal);
-        if flat { CLOSE * self.h } else { 0.0 }
     }
 
     /// How much of a profile of second or third order holds at a surface through the point at

@@ -72,6 +72,7 @@ mod contact_correction;
 mod coupled;
 pub mod cut;
 mod cut_body;
+mod cut_cells;
 mod exchanged;
 mod faces;
 mod gap;

@@ -262,6 +262,13 @@ fn obstacle_in_a_period_is_its_outline_and_all_images() {
         assert!((found.distance + 0.1).abs() < 1e-12, "{from}: {found:?}");
     }
     // One that fills the period with other heights at its ends has a step there.
+    // A strip across the box comes in on the other sides.
+    let both = room([2.0, 1.0, 1.0], [true, true, false]);
+    let strip = [[0.0, 0.56], [2.0, 1.56], [2.0, 2.0], [0.0, 1.0]];
+    let strip = Obstacle::outlines(&[strip.to_vec()], &both).unwrap();
+    assert!((sums(&strip, [16, 8, 1]).0 - 0.88).abs() < 1e-10);
+    let length: f64 = strip.surface(0.03).iter().map(|patch| patch.area).sum();
+    assert!((length / (2.0 * 5.0f64.sqrt()) - 1.0).abs() < 0.01, "{length}");
     let steps = [[0.3, 0.0], [1.3, 0.0], [1.3, 0.2], [0.3, 0.4]];
     let obstacle = Obstacle::outlines(&[steps.to_vec()], &own).unwrap();
     assert!((sums(&obstacle, [10, 10, 1]).0 - 0.3).abs() < 1e-12);
@@ -269,9 +276,10 @@ fn obstacle_in_a_period_is_its_outline_and_all_images() {
     assert!((found.distance - 0.01).abs() < 1e-9, "{found:?}");
     let found = obstacle.nearest(&Vector3::new(0.31 - 0.5, 0.1 - 0.5, 0.0));
     assert!(found.distance < -0.09, "{found:?}");
-    let longer = rectangle([0.0, 0.2], [1.1, 0.4]);
-    let fault = Obstacle::outlines(&[longer], &own).unwrap_err().0;
-    assert!(fault.contains("1.1 m long along x, which is periodic"), "{fault}");
+    // What is longer than a period overlaps with its images, and counts once.
+    let longer = Obstacle::outlines(&[rectangle([0.0, 0.2], [3.1, 0.4])], &own).unwrap();
+    assert!((sums(&longer, [10, 10, 1]).0 - 0.2).abs() < 1e-10);
+    assert!(longer.surface(0.03).iter().all(|patch| patch.normal.x == 0.0));
 }
 
 #[test]
@@ -286,9 +294,9 @@ fn outlines_that_overlap_or_touch_are_their_union() {
     ] {
         let obstacle = Obstacle::outlines(&outlines, &own).unwrap();
         let (found, _) = sums(&obstacle, [10, 10, 1]);
-        assert!((found - area).abs() < 1e-12, "{found} {area}");
+        assert!((found - area).abs() < 1e-10, "{found} {area}");
         let found: f64 = obstacle.surface(0.03).iter().map(|patch| patch.area).sum();
-        assert!((found - length).abs() < 1e-12, "{found} {length}");
+        assert!((found - length).abs() < 1e-10, "{found} {length}");
     }
 }
 
@@ -303,15 +311,15 @@ fn pier_and_bed_are_one_solid_of_two_owners() {
         Obstacle::unite(&mut [&mut bed, &mut pier], 0.1).unwrap();
         assert!(bed.is_one_with(&pier));
         let all = [&bed, &pier].map(|obstacle| sums(obstacle, [10, 10, 10]));
-        assert!((all[0].0 - 0.3).abs() < 1e-12 && (all[1].0 - 0.02).abs() < 1e-12, "{all:?}");
-        assert!((bed.volume() - 0.3).abs() < 1e-12 && (pier.volume() - 0.02).abs() < 1e-12);
+        assert!((all[0].0 - 0.3).abs() < 1e-10 && (all[1].0 - 0.02).abs() < 1e-10, "{all:?}");
+        assert!((bed.volume() - 0.3).abs() < 1e-10 && (pier.volume() - 0.02).abs() < 1e-10);
         let area = |o: &Obstacle| o.surface(0.05).iter().map(|patch| patch.area).sum::<f64>();
-        assert!((area(&bed) - 0.96).abs() < 1e-12, "{}", area(&bed));
-        assert!((area(&pier) - 0.44).abs() < 1e-12, "{}", area(&pier));
+        assert!((area(&bed) - 0.96).abs() < 1e-10, "{}", area(&bed));
+        assert!((area(&pier) - 0.44).abs() < 1e-10, "{}", area(&pier));
         for (x, distance) in [([0.5, 0.5, 0.35], -0.1), ([0.5, 0.5, 0.2], -0.1f64.hypot(0.1))] {
             for obstacle in [&bed, &pier] {
                 let found = obstacle.nearest(&(Vector3::from(x) - Vector3::repeat(0.5)));
-                assert!((found.distance - distance).abs() < 1e-12, "{found:?}");
+                assert!((found.distance - distance).abs() < 1e-10, "{found:?}");
             }
         }
     }

@@ -10,15 +10,30 @@ use manifold_rust::types::{Error, MeshGL64, WindingRule};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
+/// Lattice (of the size of all) on which corners are put: images across a period are the same on
+/// both sides but for rounding, and no sliver is left between them.
+const LATTICE: f64 = 1.0 / (1u64 << 36) as f64;
+
 /// Distance (of the size of all) within which a corner of the union is one of those given.
-const SAME: f64 = 1e-12;
+const SAME: f64 = 4.0 * LATTICE;
 
 /// The surface of what faces enclose, each with the number of those whose part it is.
 ///
 /// # Errors
 /// When the faces do not close.
 pub fn union(dimension: usize, faces: &[(Face, u32)]) -> Result<Vec<(Face, u32)>, Fault> {
-    if dimension == 2 { Ok(outlines(faces)) } else { solids(faces) }
+    let corners = || faces.iter().flat_map(|(face, _)| face);
+    let cell = LATTICE * corners().map(|x| x.amax()).fold(0.0, f64::max);
+    let on_lattice = |x: Vector3<f64>| x.map(|x| (x / cell).round() * cell);
+    // Corners that are left are those given.
+    let key = |x: &Vector3<f64>| <[i64; 3]>::from(x.map(|x| (x / cell).round() as i64));
+    let given: HashMap<_, _> = corners().map(|x| (key(x), *x)).collect();
+    let faces: Vec<_> = faces.iter().map(|(face, k)| (face.map(on_lattice), *k)).collect();
+    let mut all = if dimension == 2 { outlines(&faces) } else { solids(&faces)? };
+    for corner in all.iter_mut().flat_map(|(face, _)| face) {
+        *corner = given.get(&key(corner)).copied().unwrap_or(*corner);
+    }
+    Ok(all)
 }
 
 /// Whether a closed surface of triangles crosses or touches itself.

@@ -33,26 +33,14 @@ fn moved(face: &Face, axis: usize, way: f64) -> Face {
 }
 
 /// Moves a closed surface (m) by whole periods so that its middle lies in the domain.
-///
-/// # Errors
-/// When it is longer than a period.
-pub fn bring_into_period(faces: &mut [Face], room: &Room) -> Result<(), Fault> {
+pub fn bring_into_period(faces: &mut [Face], room: &Room) {
     let [low, high] = ends(faces.iter());
     for a in (0..3).filter(|a| room.periodic[*a]) {
-        let (length, period) = (high[a] - low[a], room.size[a]);
-        if length > (1.0 + ON_SIDE) * period {
-            return Err(Fault(format!(
-                "is {length} m long along {}, which is periodic with {period} m: it goes on by \
-                 itself, so end it within one period",
-                ["x", "y", "z"][a]
-            )));
-        }
-        let periods = (0.5 * (low[a] + high[a]) / period).floor();
+        let periods = (0.5 * (low[a] + high[a]) / room.size[a]).floor();
         if periods != 0.0 {
-            faces.iter_mut().for_each(|face| *face = moved(face, a, -periods * period));
+            faces.iter_mut().for_each(|face| *face = moved(face, a, -periods * room.size[a]));
         }
     }
-    Ok(())
 }
 
 /// By periodic axis, how a surface, moved into its period, meets its own images there.
@@ -92,10 +80,15 @@ pub fn across(faces: &[Face], axis: usize, room: &Room) -> Across {
     if alike { Across::Through } else { Across::Beyond }
 }
 
-/// Adds the images of faces along an axis, as many periods away as are given.
+/// Adds the images of a closed surface along an axis that reach as far as images are kept.
 pub fn add_images(faces: &mut Vec<(Face, u32)>, axis: usize, room: &Room) {
     let own = faces.clone();
-    for way in [-room.size[axis], room.size[axis]] {
+    let [low, high] = ends(own.iter().map(|(face, _)| face));
+    let (size, beside) = (room.size[axis], (1.0 + BESIDE) * room.size[axis]);
+    let first = ((-BESIDE * size - high[axis]) / size).ceil() as i32;
+    let last = ((beside - low[axis]) / size).floor() as i32;
+    for periods in (first..=last).filter(|periods| *periods != 0) {
+        let way = f64::from(periods) * size;
         faces.extend(own.iter().map(|(face, number)| (moved(face, axis, way), *number)));
     }
 }
