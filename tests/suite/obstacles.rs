@@ -58,7 +58,7 @@ fn tilted_channel_flow_is_second_order_wherever_the_walls_lie() {
     let petsc = petsc();
     let worst = [16, 32].map(|n| {
         let all = [0.0, 0.005, 0.013, 0.031].map(|offset| tilted_channel(&petsc, n, offset));
-        println!("{n} cells: {all:.2e?}");
+        println!("{n} cells: {all:.5?}");
         all.into_iter().map(f64::abs).fold(0.0, f64::max)
     });
     let observed = order(worst[0], worst[1], 2.0);

@@ -176,23 +176,22 @@ impl<const D: usize> CutBody<D> {
                 self.add_profile(around, arm, across, 1.0);
             } else if self.flat && around.cubic && s <= CLOSE * around.h {
                 weight = 1.0;
-                let profile = self.stencils.profile(around, image, &normal(), s);
-                self.add_profile(around, arm, profile, 1.0);
+                self.add_profile_at(around, image, arm, s, &normal(), 1.0);
             } else if !shared {
                 return;
             }
         } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
             self.find_feet(around, body.shape(), arm, s);
             if self.feet.len() < 2 {
-                self.add_profile_inside(around, image, arm, s, &normal(), 1.0);
+                self.add_profile_at(around, image, arm, s, &normal(), 1.0);
                 self.feet.clear();
             }
-            let all: f64 = self.feet.iter().map(|foot| around.share_of(s, foot)).sum();
+            let all: f64 = self.feet.iter().map(|foot| around.share_of(s, foot, &self.feet)).sum();
             for i in 0..self.feet.len() {
                 let foot = self.feet[i];
-                let share = around.share_of(s, &foot) / all;
+                let share = around.share_of(s, &foot, &self.feet) / all;
                 let normal = Normal::new(None, arm, foot.distance, foot.normal);
-                self.add_profile_inside(around, image, arm, foot.distance, &normal, share);
+                self.add_profile_at(around, image, arm, foot.distance, &normal, share);
             }
         }
         if shared {
@@ -214,14 +213,14 @@ impl<const D: usize> CutBody<D> {
     ) {
         self.feet.clear();
         if around.round.is_none() {
-            let within = around.numerics.blending_width * around.h - s;
+            let within = around.beside_nearest(s) - s;
             shape.feet(&around.orientation, arm, within, &mut self.feet);
         }
     }
 
     /// Adds the profile at the signed distance `s` (m) along a normal to the ghost cell that comes
     /// next.
-    fn add_profile_inside(
+    fn add_profile_at(
         &mut self,
         around: &Surroundings<D>,
         image: &Image,

@@ -247,13 +247,26 @@ impl<const D: usize> Surroundings<'_, D> {
         })
     }
 
-    /// The share, before all are brought to a sum of one, of a face's foot in a cell inside whose
-    /// nearest face is at the signed distance `s` (m): 1 of the nearest, 0 of one further by the
-    /// blending width. Along the middle between two faces it is the same for both, so that nothing
-    /// jumps as the body moves, and no symmetry is left to rounding.
-    pub fn share_of(&self, s: f64, foot: &Nearest) -> f64 {
-        let further = s - foot.distance;
-        smooth_step(1.0 - further / (self.numerics.blending_width * self.h), 0.0, 1.0)
+    /// By how much (m) other faces of a body may be further from a cell inside, whose nearest face
+    /// is at the signed distance `s` (m), to have a share in it: the blending width, or as much as
+    /// the cell is deep.
+    pub fn beside_nearest(&self, s: f64) -> f64 {
+        (self.numerics.blending_width * self.h).min(-s)
+    }
+
+    /// The share, before all are brought to a sum of one, of one of the faces' feet in such a cell:
+    /// 1 of the nearest, 0 where the foot would leave its face for one of the others,
+    /// `d_i = (n_i.n) d`. Along the middle between two faces it is the same for both, so that
+    /// nothing jumps as the body moves, and no symmetry is left to rounding.
+    pub fn share_of(&self, s: f64, foot: &Nearest, feet: &[Nearest]) -> f64 {
+        let near = 1.0 - (s - foot.distance) / self.beside_nearest(s);
+        let on_face = |other: &Nearest| {
+            let cosine = other.normal.dot(&foot.normal);
+            let room = (1.0 - cosine) * foot.distance;
+            if room == 0.0 { 1.0 } else { (other.distance - cosine * foot.distance) / room }
+        };
+        let on_face = feet.iter().map(on_face).fold(1.0, f64::min);
+        smooth_step(near, 0.0, 1.0) * smooth_step(on_face, 0.0, 1.0)
     }
 
     /// The ownership weight of a body to the point at `arm` (m) from its centre, `own` (m) from its

@@ -78,9 +78,9 @@ impl<const D: usize> CutBodies<D> {
         force
     }
 
-    /// Calls `take` with the force of the pressure in the cells that belong to the obstacle `k` (N),
-    /// which is one solid with others, on each covered face beside them, and the lever of that from
-    /// its centre (m). What lies in the solid has the same on both sides.
+    /// Calls `take` with the lever from the centre of the obstacle `k` (m), which is one solid with
+    /// others, to each covered face beside cells that belong to it, and the force of the pressure in
+    /// these cells on the face (N). A cell within the solid has the same on both sides.
     fn each_pressure_of_part(
         &self,
         grid: &Grid<D>,
