@@ -2,8 +2,8 @@
 //! that it covers.
 //!
 //! ```text
-//!      .   .   .   .      o   ghost cells: inside, in gaps that the grid does not resolve, and within
-//!   ---o---o---o---o---       0.1 h outside a flat surface of a fixed body
+//!      .   .   .   .      o   ghost cells: inside, in gaps that the grid does not resolve, and
+//!   ---o---o---o---o---       within 0.1 h outside a flat surface of a fixed body
 //!      o   o  +|   .      +   between two faces that are about as near: the profiles of both
 //!   .   .  . --+   .
 //! ```
@@ -54,8 +54,8 @@ struct Seen {
 }
 
 impl Reach {
-    /// What a body of this shape, which lay `before`, sees of the cell at `arm` (m); none where that
-    /// is nothing to it.
+    /// What a body of this shape, which lay `before`, sees of the cell at `arm` (m); none where
+    /// that is nothing to it.
     fn seen<const D: usize>(
         &self,
         around: &Surroundings<D>,

@@ -79,8 +79,8 @@ impl<const D: usize> CutBodies<D> {
     }
 
     /// Calls `take` with the lever from the centre of the obstacle `k` (m), which is one solid with
-    /// others, to each covered face beside cells that belong to it, and the force of the pressure in
-    /// these cells on the face (N). A cell within the solid has the same on both sides.
+    /// others, to each covered face beside cells that belong to it, and the force of the pressure
+    /// in these cells on the face (N). A cell within the solid has the same on both sides.
     fn each_pressure_of_part(
         &self,
         grid: &Grid<D>,
