@@ -115,8 +115,8 @@ pub trait Shape: Debug + Send + Sync {
         None
     }
 
-    /// The feet of the perpendiculars from a point inside at `arm` (m) on faces between sharp edges,
-    /// up to `within` (m) away, as distances and normals; nothing of shapes without edges.
+    /// The feet of the perpendiculars from a point inside at `arm` (m) on faces between sharp
+    /// edges, up to `within` (m) away, as distances and normals; nothing of shapes without edges.
     fn feet(
         &self,
         _orientation: &Orientation,

@@ -5,8 +5,8 @@
 //!       -> contacts    its walls as faces                                  [`crate::mesh`]
 //!       -> fluid       the union with all fixed obstacles that it touches  [`surface`], [`union`]
 //! ```
-//! What an obstacle is in a periodic domain is its surface and all images of it. Fractions are exact
-//! ([`columns`]).
+//! What an obstacle is in a periodic domain is its surface and all images of it. Fractions are
+//! exact ([`columns`]).
 
 mod columns;
 mod surface;

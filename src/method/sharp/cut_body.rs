@@ -87,8 +87,8 @@ pub struct GapFace {
 pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis.
     pub cuts: [Cuts<D>; D],
-    /// Of an obstacle that is one solid with others, the numbers among them to which the cells below
-    /// and above each of these faces belong, by axis.
+    /// Of an obstacle that is one solid with others, the numbers among them to which the cells
+    /// below and above each of these faces belong, by axis.
     pub owners: [Vec<[u32; 2]>; D],
     /// Whether another body or a surface is so near that there may be some in narrow gaps.
     pub has_neighbours: bool,
@@ -301,8 +301,8 @@ impl<const D: usize> CutBody<D> {
         self.place_points(around, k);
     }
 
-    /// Finds to which obstacles the cells beside its faces belong, by the arms to these (m), where it
-    /// is one solid with others.
+    /// Finds to which obstacles the cells beside its faces belong, by the arms to these (m), where
+    /// it is one solid with others.
     fn find_owners(&mut self, grid: &Grid<D>, shape: &dyn Shape, arms: &[Vec<Vector3<f64>>; D]) {
         let Some(obstacle) = shape.obstacle().filter(|obstacle| obstacle.is_joined()) else {
             return;

@@ -1,5 +1,5 @@
-//! The cells of a body as it cuts the grid: those whose velocity it sets, and those beside the faces
-//! that it covers.
+//! The cells of a body as it cuts the grid: those whose velocity it sets, and those beside the
+//! faces that it covers.
 //!
 //! ```text
 //!      .   .   .   .      o   ghost cells: inside, in gaps that the grid does not resolve, and

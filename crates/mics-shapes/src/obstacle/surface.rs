@@ -173,8 +173,8 @@ impl Surface {
         self.mesh.cast_local_ray(&Ray::new(place(from), place(along)), within, false)
     }
 
-    /// How far it is from the middles of the walls of a member straight through the solid to another
-    /// wall, at least (m); infinite where there is none.
+    /// How far it is from the middles of the walls of a member straight through the solid to
+    /// another wall, at least (m); infinite where there is none.
     pub fn thickness(&self, number: u32) -> f64 {
         let off = 1e-6 * self.size;
         let through = |(wall, (face, _)): (usize, &(Face, u32))| {

@@ -1,5 +1,5 @@
-//! The union of closed surfaces, by libraries whose answers are exact: faces that lie on each other,
-//! edges that touch and surfaces that cross themselves are no special case for them.
+//! The union of closed surfaces, by libraries whose answers are exact: faces that lie on each
+//! other, edges that touch and surfaces that cross themselves are no special case for them.
 
 use super::Face;
 use crate::Fault;
