@@ -2,7 +2,7 @@
 //! every step, and what bodies feel.
 
 use crate::box_measures::measures;
-use crate::support::{box_case, columns, order, petsc, run};
+use crate::support::{Petsc, box_case, columns, order, petsc, run};
 use mics::drive::{box_volume, mean};
 use mics::scene::Scene;
 use nalgebra::Vector3;
@@ -65,7 +65,7 @@ fn poiseuille_exact_by_force_slope_and_flow_rate() {
 
 /// Two discs, one heavy and one light, that fall and meet in a periodic box with this drive and
 /// wall.
-fn pair(drive: &str, wall: &str) -> Scene<2> {
+fn pair(petsc: &Petsc, drive: &str, wall: &str) -> Scene<2> {
     let bodies = disc([1.03, 1.02], 3.0, "velocity = [0.0, -0.4]")
         + &disc([1.13, 0.32], 0.5, "velocity = [0.0, 0.4]");
     let more = format!(
@@ -73,13 +73,14 @@ fn pair(drive: &str, wall: &str) -> Scene<2> {
         divergence_limit = 1e-6\n"
     );
     let text = box_case([2.0, 2.0], [32, 32], 0.05, PERIODIC, &more);
-    petsc().scene(&text.replace("viscosity", "gravity = [0.0, -1.0]\nviscosity"))
+    petsc.scene(&text.replace("viscosity", "gravity = [0.0, -1.0]\nviscosity"))
 }
 
 #[test]
 fn mean_velocity_held_in_every_step_with_colliding_bodies() {
     for wall in ["sharp", "mixing"] {
-        let mut scene = pair("mean_velocity = { axis = \"y\", value = 0.2 }", wall);
+        let petsc = petsc();
+        let mut scene = pair(&petsc, "mean_velocity = { axis = \"y\", value = 0.2 }", wall);
         let mut touched = false;
         for _ in 0..60 {
             scene.step(0.01).unwrap();
@@ -133,7 +134,8 @@ fn mean_velocity_drive_with_light_body_pressed_by_heavy_one() {
 #[test]
 fn hold_mixture_keeps_momentum_of_periodic_box() {
     for wall in ["sharp", "mixing"] {
-        let mut scene = pair("hold_mixture = true", wall);
+        let petsc = petsc();
+        let mut scene = pair(&petsc, "hold_mixture = true", wall);
         scene.step(0.01).unwrap();
         let before = scene.state.balance.unwrap().momentum;
         for _ in 0..60 {
@@ -205,8 +207,9 @@ fn neutral_body_accelerates_with_gravity_driven_fluid() {
             disc([1.03, 1.02], 1.0, "")
         );
         let text = box_case([2.0, 2.0], [32, 32], 0.05, PERIODIC, &more);
+        let petsc = petsc();
         let mut scene: Scene<2> =
-            petsc().scene(&text.replace("viscosity", "gravity = [0.5, 0.25]\nviscosity"));
+            petsc.scene(&text.replace("viscosity", "gravity = [0.5, 0.25]\nviscosity"));
         for _ in 0..20 {
             scene.step(0.02).unwrap();
         }
