@@ -217,8 +217,7 @@ fn obstacles_on_several_ranks_are_those_of_one() {
             let largest = alone[name].iter().fold(0.0f64, |most, v| most.max(v.abs()));
             let apart = alone[name].iter().zip(&shared[name]).map(|(a, b)| (a - b).abs());
             let apart = apart.fold(0.0, f64::max);
-            // 1e-5 until obstacles that touch became one solid; the cause of more is not known.
-            assert!(apart <= 1e-3 * largest.max(1e-9), "{table} {name}: {apart:e} of {largest:e}");
+            assert!(apart <= 1e-5 * largest.max(1e-9), "{table} {name}: {apart:e} of {largest:e}");
         }
     }
 }

@@ -186,10 +186,10 @@ impl<const D: usize> CutBody<D> {
                 self.add_profile_at(around, image, arm, s, &normal(), 1.0);
                 self.feet.clear();
             }
-            let all: f64 = self.feet.iter().map(|foot| around.share_of(s, foot, &self.feet)).sum();
+            let all: f64 = (0..self.feet.len()).map(|i| around.share_of(s, i, &self.feet)).sum();
             for i in 0..self.feet.len() {
                 let foot = self.feet[i];
-                let share = around.share_of(s, &foot, &self.feet) / all;
+                let share = around.share_of(s, i, &self.feet) / all;
                 let normal = Normal::new(None, arm, foot.distance, foot.normal);
                 self.add_profile_at(around, image, arm, foot.distance, &normal, share);
             }

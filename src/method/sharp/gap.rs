@@ -258,14 +258,16 @@ impl<const D: usize> Surroundings<'_, D> {
     /// 1 of the nearest, 0 where the foot would leave its face for one of the others,
     /// `d_i = (n_i.n) d`. Along the middle between two faces it is the same for both, so that
     /// nothing jumps as the body moves, and no symmetry is left to rounding.
-    pub fn share_of(&self, s: f64, foot: &Nearest, feet: &[Nearest]) -> f64 {
+    pub fn share_of(&self, s: f64, own: usize, feet: &[Nearest]) -> f64 {
+        let foot = feet[own];
         let near = 1.0 - (s - foot.distance) / self.beside_nearest(s);
         let on_face = |other: &Nearest| {
             let cosine = other.normal.dot(&foot.normal);
-            let room = (1.0 - cosine) * foot.distance;
-            if room == 0.0 { 1.0 } else { (other.distance - cosine * foot.distance) / room }
+            (other.distance - cosine * foot.distance) / ((1.0 - cosine) * foot.distance)
         };
-        let on_face = feet.iter().map(on_face).fold(1.0, f64::min);
+        // Of itself that would be the ratio of two roundings.
+        let others = feet.iter().enumerate().filter(|(i, _)| *i != own);
+        let on_face = others.map(|(_, other)| on_face(other)).fold(1.0, f64::min);
         smooth_step(near, 0.0, 1.0) * smooth_step(on_face, 0.0, 1.0)
     }
 
