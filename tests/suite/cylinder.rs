@@ -57,9 +57,7 @@ fn control_volume_drag(out: &Path, viscosity: f64) -> f64 {
 #[test]
 fn momentum_force_equals_control_volume_force() {
     let dir = tempfile::tempdir().unwrap();
-    for (re, cells, wall) in
-        [(20.0, "[160,64]", "mixing"), (40.0, "[320,128]", "mixing"), (40.0, "[160,64]", "sharp")]
-    {
+    for (re, cells, wall) in [(20.0, "[160,64]", "mixing"), (40.0, "[160,64]", "sharp")] {
         let out = dir.path().join(format!("{re}{cells}{wall}"));
         let set = format!("domain.cells={cells}");
         section3(

@@ -245,7 +245,7 @@ fn multigrid_iterations_independent_of_grid_and_density() {
     let petsc = petsc();
     let walls = [Ends::Walls; 2];
     println!("free bodies, sharp surfaces");
-    for ratio in [1e-3, 1e-2, 0.1, 1.0, 2.65, 1e3, 1e4] {
+    for ratio in [1e-3, 1e-2, 1.0, 1e4] {
         for (diameter, grids) in [(8.0, [64, 256]), (32.0, [64, 256]), (64.0, [128, 256])] {
             let iterations = grids.map(|n| {
                 let mut case = Case::empty([n; 2], walls).filled(diameter);
@@ -267,7 +267,7 @@ fn multigrid_iterations_independent_of_grid_and_density() {
         }
     }
     println!("mixture");
-    for ratio in [1e-3, 0.1, 2.65, 1e3, 1e4] {
+    for ratio in [1e-3, 2.65, 1e4] {
         let iterations = [64, 256].map(|n| {
             let mut case = Case::empty([n, n], walls);
             let at = n as f64;
