@@ -154,6 +154,27 @@ pub fn cuts<const D: usize>(
     }
 }
 
+/// Finds those of the faces of this rank at the closed sides of the box; the arms are left as they
+/// come.
+pub fn cuts_at_sides<const D: usize>(
+    grid: &Grid<D>,
+    axis: usize,
+    body: &Placed,
+    tiles: &mut Tiles,
+    cuts: &mut Cuts<D>,
+    arms: &mut Vec<Vector3<f64>>,
+) {
+    cuts.clear();
+    arms.clear();
+    for side in (0..2).filter(|side| grid.at_boundary(axis, *side)) {
+        let mut from = grid.start;
+        let mut to: [usize; D] = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
+        from[axis] = side * grid.cells[axis];
+        to[axis] = from[axis] + 1;
+        find(grid, axis, body, tiles, (from, to), 0, cuts, arms);
+    }
+}
+
 /// Those among the faces from the first to before the last of a block, which are `on` faces further
 /// along the axis.
 #[allow(clippy::too_many_arguments)]

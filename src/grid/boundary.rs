@@ -14,6 +14,8 @@
 //! remember: the flow around a sphere that creeps through a closed box grew. Where a body is so
 //! near that it has one of the cells, and with the paper's mixing, ghost 0 is as the others; also
 //! where bodies move, for whom faces remember for long: a flow then grew in the corners of the box.
+//! Where an obstacle covers the boundary there is no shear on it: by the part that is covered,
+//! ghost 0 is cell 0.
 
 use super::ghosts::{Planes, Rule};
 use super::side::{Follows, SideVelocity};
@@ -36,6 +38,14 @@ pub enum BoundaryKind<const D: usize> {
     Outflow,
 }
 
+/// A cell at a boundary with its first ghost, and the part of the face between them that an
+/// obstacle covers.
+struct CoveredSide {
+    ghost: usize,
+    cell: usize,
+    part: f64,
+}
+
 /// The conditions at all faces, and the halo exchange.
 pub struct Boundaries<const D: usize> {
     /// By axis and side (low, high); `None` where the axis is periodic.
@@ -48,6 +58,8 @@ pub struct Boundaries<const D: usize> {
     /// How much of the parabola along it the first ghosts have, by axis and side, one value for
     /// each stored position of the face; empty for none.
     bend: [[Vec<f64>; 2]; D],
+    /// The cells whose face on the boundary obstacles cover, by axis.
+    covered: [Vec<CoveredSide>; D],
     halo: Halo,
     /// The faces of the box that this rank's own box reaches.
     here: [[bool; 2]; D],
@@ -85,6 +97,7 @@ impl<const D: usize> Boundaries<D> {
             follows: Vec::new(),
             entry,
             bend,
+            covered: std::array::from_fn(|_| Vec::new()),
             halo: Halo::new(session, layout),
             here,
             planes,
@@ -175,9 +188,31 @@ impl<const D: usize> Boundaries<D> {
                         .map(|boundary| Rule::of_velocity(boundary, bend, component, axis))
                 };
                 self.planes[axis].set_ghosts(layers, [rule(0), rule(1)], field);
+                for CoveredSide { ghost, cell, part } in &self.covered[axis] {
+                    field[*ghost] += part * (field[*cell] - field[*ghost]);
+                }
             }
         }
         Ok(())
+    }
+
+    /// Forgets what obstacles cover of the boundaries.
+    pub fn uncover(&mut self) {
+        self.covered.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Has an obstacle cover this part of a face along an axis, if that is at a boundary with a
+    /// given velocity: its shear is on the open part alone.
+    pub fn cover(&mut self, grid: &Grid<D>, axis: usize, face: usize, part: f64) {
+        let (s, place) = (grid.stride[axis], grid.place_of(axis, face));
+        let low = (place == grid.ghosts, [face - s, face]);
+        let high = (place == grid.ghosts + grid.local[axis], [face, face - s]);
+        let ends = [low, high];
+        for (side, (is_there, [ghost, cell])) in ends.into_iter().enumerate() {
+            if is_there && matches!(self.boundary(axis, side), Some(BoundaryKind::Velocity(_))) {
+                self.covered[axis].push(CoveredSide { ghost, cell, part });
+            }
+        }
     }
 
     /// Says whether anything reads a velocity's ghosts beyond those of the fifth-order stencils. To

@@ -102,6 +102,11 @@ impl<const D: usize> Grid<D> {
             && if side == 0 { self.start[axis] == 0 } else { end == self.cells[axis] }
     }
 
+    /// Where a cell or face lies along an axis among the stored ones, by its index in a field.
+    pub fn place_of(&self, axis: usize, index: usize) -> usize {
+        index / self.stride[axis] % self.stored[axis]
+    }
+
     /// The owned cells, as contiguous runs of a field's indices.
     pub fn rows(&self) -> Rows<D> {
         Rows::new(self, self.local)

@@ -16,6 +16,17 @@ use crate::particles::{Body, all_fixed};
 use nalgebra::Vector3;
 
 impl<const D: usize> CutBodies<D> {
+    /// Says which parts of the boundaries obstacles cover.
+    pub(super) fn cover_boundaries(&self, domain: &mut Domain<D>) {
+        domain.boundaries.uncover();
+        for (axis, cuts) in self.bodies.iter().flat_map(|body| body.at_sides.iter().enumerate()) {
+            for cut in cuts.iter() {
+                let face = cut.face as usize;
+                domain.boundaries.cover(&domain.grid, axis, face, cut.solid_fraction);
+            }
+        }
+    }
+
     /// Finds that share under all bodies that are near a boundary, on ghosts as well; there is none
     /// where bodies move.
     pub(super) fn straighten_boundaries(&self, domain: &mut Domain<D>, bodies: &[Body]) {

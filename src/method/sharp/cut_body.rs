@@ -87,6 +87,8 @@ pub struct GapFace {
 pub struct CutBody<const D: usize> {
     /// Faces that it covers, by axis.
     pub cuts: [Cuts<D>; D],
+    /// Faces at the sides of the box that an obstacle covers, by axis.
+    pub at_sides: [Cuts<D>; D],
     /// Of an obstacle that is one solid with others, the numbers among them to which the cells
     /// below and above each of these faces belong, by axis.
     pub owners: [Vec<[u32; 2]>; D],
@@ -175,6 +177,7 @@ impl<const D: usize> CutBody<D> {
         let points = quadrature_points.len();
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(cells(1.0))),
+            at_sides: std::array::from_fn(|_| Cuts::with_capacity(0)),
             owners: std::array::from_fn(|_| Vec::new()),
             has_neighbours: false,
             gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
@@ -203,6 +206,7 @@ impl<const D: usize> CutBody<D> {
     pub fn elsewhere(grid: &Grid<D>) -> CutBody<D> {
         CutBody {
             cuts: std::array::from_fn(|_| Cuts::with_capacity(0)),
+            at_sides: std::array::from_fn(|_| Cuts::with_capacity(0)),
             owners: std::array::from_fn(|_| Vec::new()),
             has_neighbours: false,
             gaps: std::array::from_fn(|_| Vec::new()),
@@ -288,6 +292,10 @@ impl<const D: usize> CutBody<D> {
         let walls = walls_within(grid, &body.centre, &reached);
         self.at_boundary = walls.as_flattened().contains(&true);
         for (axis, cuts) in self.cuts.iter_mut().enumerate() {
+            if shape.is_obstacle() {
+                let sides = &mut self.at_sides[axis];
+                aperture::cuts_at_sides(grid, axis, &placed, tiles, sides, &mut arms[axis]);
+            }
             aperture::cuts(grid, axis, &placed, tiles, cuts, &mut arms[axis]);
         }
         self.find_owners(grid, shape, arms);

@@ -3,14 +3,14 @@
 //!
 //! ```text
 //!      .   .   .   .      o   ghost cells: inside, in gaps that the grid does not resolve, and
-//!   ---o---o---o---o---       within 0.1 h outside a flat surface of a fixed body
+//!   ---o---o---o---o---       within 0.2 h outside a flat surface of a fixed body
 //!      o   o  +|   .      +   between two faces that are about as near: the profiles of both
 //!   .   .  . --+   .
 //! ```
 
 use super::PROFILE_DEPTH;
 use super::cut_body::{Before, CutBody, GhostCell, OwnCell};
-use super::gap::Surroundings;
+use super::gap::{Surroundings, smooth_step};
 use super::shared_cell::SharedCell;
 use super::stencil::{Image, Normal, Reading, Stencil};
 use crate::geometry::{Block, Overlap, Planes, Shape, images};
@@ -19,9 +19,9 @@ use crate::particles::Body;
 use nalgebra::Vector3;
 
 /// Distance (spacings) up to which cells outside a fixed flat surface have the profile in place of
-/// a momentum of their own: a row of them along it would see no more of themselves in their ghost
-/// cells, and turn with the row above, faster than eight Legendre stages bear (1.075 times a step
-/// at 0.01, 1.015 at 0.05, 0.95 at 0.1).
+/// a momentum of their own, and up to twice that a part of it: a row of them along it would see no
+/// more of themselves in their ghost cells, and turn with the row above, faster than eight Legendre
+/// stages bear (1.075 times a step at 0.01, 1.015 at 0.05, 0.95 at 0.1).
 const CLOSE: f64 = 0.1;
 
 /// How far a cell's middle is at most from what a face beside it is covered by (m).
@@ -138,7 +138,7 @@ impl<const D: usize> CutBody<D> {
             tight,
             way: before.way.norm() + (turned + 1e-9) * body.radius(),
             beside: if self.flat { beside_face(around.grid) } else { 0.0 },
-            outside: if self.flat && around.cubic { CLOSE * around.h } else { 0.0 },
+            outside: if self.flat && around.cubic { 2.0 * CLOSE * around.h } else { 0.0 },
         }
     }
 
@@ -174,8 +174,8 @@ impl<const D: usize> CutBody<D> {
             weight = share;
             if weight > 0.0 {
                 self.add_profile(around, arm, across, 1.0);
-            } else if self.flat && around.cubic && s <= CLOSE * around.h {
-                weight = 1.0;
+            } else if self.flat && around.cubic && s < 2.0 * CLOSE * around.h {
+                weight = 1.0 - smooth_step(s / around.h, CLOSE, 2.0 * CLOSE);
                 self.add_profile_at(around, image, arm, s, &normal(), 1.0);
             } else if !shared {
                 return;

@@ -392,6 +392,7 @@ impl<const D: usize> Sharp<D> {
     fn settle(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
         self.cut.settle(domain, bodies);
         self.cut.straighten_boundaries(domain, bodies);
+        self.cut.cover_boundaries(domain);
         self.set_ghost_layers(domain, bodies);
         domain.projection.assemble(&domain.grid, &self.cut.beta)
     }

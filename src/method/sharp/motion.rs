@@ -94,6 +94,7 @@ impl<const D: usize> Sharp<D> {
                 motion.expected = (body.velocity, body.spin);
             }
             self.cut.arrive(domain, &s.bodies, dt);
+            self.cut.cover_boundaries(domain);
         }
         if self.set_ghost_layers(domain, &s.bodies) {
             domain.boundaries.fill_velocity(&mut s.u)?;

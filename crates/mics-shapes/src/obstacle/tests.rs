@@ -235,6 +235,46 @@ fn polygons_on_lattice_fill_what_their_shifted_ones_do() {
     }
 }
 
+/// Eight triangles about the middle, each with a corner on three half axes: simple wherever these
+/// are. Many of their edges run through corners of cells.
+fn octahedron(corners: &[Vector3<f64>; 6]) -> Vec<[Vector3<f64>; 3]> {
+    let face = |sides: usize| {
+        let [x, y, z] = [0, 1, 2].map(|a| corners[2 * a + (sides >> a & 1)]);
+        if sides.count_ones() % 2 == 0 { [x, y, z] } else { [x, z, y] }
+    };
+    (0..8).map(face).collect()
+}
+
+#[test]
+fn polyhedra_on_lattice_fill_what_their_shifted_ones_do() {
+    let own = room([8.0, 8.0, 8.0], [false; 3]);
+    for case in 0..200 {
+        let drawn = |k: usize| 0.5 + 0.5 * crate::scatter::scatter(30 * case + k);
+        let corners = std::array::from_fn(|k| {
+            let way = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let place = Vector3::from_fn(|a, _| {
+                let beside = 2.0 * drawn(4 * k + a) - 1.0;
+                if a == k / 2 { way * (1.5 + 2.0 * drawn(4 * k + a)) } else { beside }
+            });
+            place.map(|x| 4.0 + (2.0 * x).round() / 2.0)
+        });
+        let solid = octahedron(&corners);
+        let volume = solid.iter().map(|[a, b, c]| a.dot(&b.cross(c)) / 6.0).sum::<f64>();
+        let Ok(obstacle) = Obstacle::surface(&solid, &own) else { continue };
+        let (filled, first) = sums(&obstacle, [8, 8, 8]);
+        assert!((filled - volume).abs() < 1e-11, "{case}: {filled} {volume}");
+        for shift in [1e-15, -1e-15, 1e-9, -1e-9, 1e-3] {
+            let way = shift * Vector3::new(1.0, 0.7, 0.4);
+            let moved: Vec<_> = solid.iter().map(|face| face.map(|x| x + way)).collect();
+            let moved = Obstacle::surface(&moved, &own).unwrap();
+            let (near, near_first) = sums(&moved, [8, 8, 8]);
+            assert!((near - volume).abs() < 1e-11, "{case}: {near} {volume}");
+            let off: Vector3<f64> = near_first - first - volume * way;
+            assert!(off.norm() < 1e-10, "{case}: {off}");
+        }
+    }
+}
+
 #[test]
 fn raster_that_fits_the_grid_fills_its_cells() {
     // Inputs/raster-force: a square of two triangles whose diagonal runs through all cell corners.
