@@ -13,6 +13,8 @@ use nalgebra::Vector3;
 
 /// Part of a period by which heights at its two ends may differ.
 const ALIKE: f64 = 1e-6;
+/// Part of the range of heights by which two differences of them are one: digits of a file.
+const ROUNDED: f64 = 1e-9;
 
 /// Heights over a line (one y) or a raster (m).
 #[derive(Clone, Debug, PartialEq)]
@@ -145,13 +147,16 @@ impl Raster {
             .flat_map(|y| x.iter().map(|x| [x.place, y.place, self.height(x, y)]))
             .collect();
         let at = |i: usize, j: usize| i + n * j;
+        let heights = || points.iter().map(|p| p[2]);
+        let range = heights().fold(deep, f64::max) - heights().fold(f64::INFINITY, f64::min);
         let mut triangles = Vec::with_capacity(2 * (n - 1) * (m - 1) + 6 * (n + m));
         for j in 0..m - 1 {
             for i in 0..n - 1 {
                 let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-                // Along the diagonal that bends less, so that ridges and furrows stay whole.
+                // Along the diagonal that bends less, so that ridges and furrows stay whole; of two
+                // that bend alike, as rounded heights often do, always the same.
                 let bend = |p: usize, q: usize| (points[p][2] - points[q][2]).abs();
-                if bend(a, c) <= bend(b, d) {
+                if bend(a, c) <= bend(b, d) + ROUNDED * range {
                     triangles.extend([[a, b, c], [a, c, d]]);
                 } else {
                     triangles.extend([[a, b, d], [b, c, d]]);
