@@ -2,7 +2,6 @@
 
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
-use super::gap::smooth_step;
 use super::{StepNumbers, history};
 use crate::Result;
 use crate::domain::Domain;
@@ -47,10 +46,8 @@ impl<const D: usize> CutBodies<D> {
                 let (of_cuts, rest) = before.split_at(cut.cuts[axis].len());
                 let (of_gaps, rest) = rest.split_at(cut.gaps[axis].len());
                 before = rest;
-                let flat = cut.flat;
                 for ((cut, centroids), before) in cut.faces(axis).zip(of_cuts) {
-                    let at = cut.face as usize;
-                    let open = open_part.mean(cut, centroids, flat, q);
+                    let (at, open) = (cut.face as usize, open_part.mean(cut, centroids, q));
                     // Both of two bodies that cut a face count there, each with all of the
                     // correction.
                     if cut.first {
@@ -119,12 +116,9 @@ impl<const D: usize> CutBodies<D> {
         );
         for (axis, (correction, q)) in correction.iter_mut().zip(u).enumerate() {
             let open_part = OpenPart::new(grid, axis);
-            for body in self.bodies.iter() {
-                for (cut, centroids) in body.faces(axis) {
-                    let (at, open) =
-                        (cut.face as usize, open_part.mean(cut, centroids, body.flat, q));
-                    correction[at] -= open - open_part.of_all(at, q);
-                }
+            for (cut, centroids) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
+                let at = cut.face as usize;
+                correction[at] -= open_part.mean(cut, centroids, q) - open_part.of_all(at, q);
             }
         }
     }
@@ -158,9 +152,6 @@ fn predict_open<const D: usize>(
     )
 }
 
-/// Solid fraction of a face from which on the two cells beside it alone count.
-const COVERED: f64 = 0.25;
-
 /// The velocity of the fluid through the open part of a covered face.
 struct OpenPart<const D: usize> {
     axis: usize,
@@ -177,11 +168,9 @@ impl<const D: usize> OpenPart<D> {
         OpenPart { axis, stride: grid.stride, inverse }
     }
 
-    /// That of the two cells, moved to the centroid of its open part by the derivatives. A flat
-    /// surface that passes a line of the grid cuts many faces at once: as they begin to be covered,
-    /// that takes the place of the mean of all cells by degrees.
+    /// That of the two cells, moved to the centroid of its open part by the derivatives.
     #[inline(always)]
-    fn mean(&self, cut: &Cut, centroids: &FaceCentroids<D>, flat: bool, q: &[f64]) -> f64 {
+    fn mean(&self, cut: &Cut, centroids: &FaceCentroids<D>, q: &[f64]) -> f64 {
         let (face, s) = (cut.face as usize, self.stride[self.axis]);
         let mut sum = 0.5 * (q[face] + q[face - s]);
         // Inside, where nothing is open, there is no such centroid.
@@ -197,8 +186,7 @@ impl<const D: usize> OpenPart<D> {
             };
             sum += open * self.inverse[a] * difference;
         }
-        let part = if flat { smooth_step(cut.solid_fraction, 0.0, COVERED) } else { 1.0 };
-        if part < 1.0 { part * sum + (1.0 - part) * self.of_all(face, q) } else { sum }
+        sum
     }
 
     /// The mean of the cells at a face, as at one that no body covers.
