@@ -125,7 +125,7 @@ fn octahedron(corners: &[[f64; 3]; 6], way: [f64; 3]) -> String {
     };
     let face = |sides: usize| {
         let [x, y, z] = [0, 1, 2].map(|a| vertex(2 * a + (sides >> a & 1)));
-        let [y, z] = if sides.count_ones() % 2 == 0 { [y, z] } else { [z, y] };
+        let [y, z] = if sides.count_ones().is_multiple_of(2) { [y, z] } else { [z, y] };
         format!("facet normal 0 0 0\nouter loop\n{x}{y}{z}endloop\nendfacet\n")
     };
     format!("solid s\n{}endsolid s\n", (0..8).map(face).collect::<String>())

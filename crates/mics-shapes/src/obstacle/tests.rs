@@ -240,7 +240,7 @@ fn polygons_on_lattice_fill_what_their_shifted_ones_do() {
 fn octahedron(corners: &[Vector3<f64>; 6]) -> Vec<[Vector3<f64>; 3]> {
     let face = |sides: usize| {
         let [x, y, z] = [0, 1, 2].map(|a| corners[2 * a + (sides >> a & 1)]);
-        if sides.count_ones() % 2 == 0 { [x, y, z] } else { [x, z, y] }
+        if sides.count_ones().is_multiple_of(2) { [x, y, z] } else { [x, z, y] }
     };
     (0..8).map(face).collect()
 }
