@@ -205,10 +205,9 @@ impl<const D: usize> Boundaries<D> {
     /// given velocity: its shear is on the open part alone.
     pub fn cover(&mut self, grid: &Grid<D>, axis: usize, face: usize, part: f64) {
         let (s, place) = (grid.stride[axis], grid.place_of(axis, face));
-        let low = (place == grid.ghosts, [face - s, face]);
-        let high = (place == grid.ghosts + grid.local[axis], [face, face - s]);
-        let ends = [low, high];
-        for (side, (is_there, [ghost, cell])) in ends.into_iter().enumerate() {
+        for side in [0, 1] {
+            let [ghost, cell] = if side == 0 { [face - s, face] } else { [face, face - s] };
+            let is_there = place == grid.ghosts + side * grid.local[axis];
             if is_there && matches!(self.boundary(axis, side), Some(BoundaryKind::Velocity(_))) {
                 self.covered[axis].push(CoveredSide { ghost, cell, part });
             }

@@ -110,7 +110,8 @@ impl<const D: usize> CutBody<D> {
                 let touched = self.solid.get(touched_cells).is_some_and(own);
                 touched_cells += usize::from(touched);
                 let seen = reach.seen(around, body.shape(), before, &arm, touched, &mut planes);
-                let Some(Seen { s, normal, cleared }) = seen else { continue };
+                let Some(seen) = seen else { continue };
+                let s = seen.s;
                 let owned = around.ownership(&arm, s);
                 // A cell beside a covered face counts from where it does not touch the body yet: as
                 // the surface passes a line of the grid, nothing jumps.
@@ -118,9 +119,8 @@ impl<const D: usize> CutBody<D> {
                     let arm = if touched { self.solid[touched_cells - 1].arm } else { arm };
                     self.add_own_cell(arm, owned, cell);
                 }
-                if (s <= tight.max(reach.outside) || cleared) && owned > 0.0 {
-                    let s = (s, normal, cleared);
-                    self.add_ghost_cell(around, k, &image, &arm, s, owned, cell);
+                if (s <= tight.max(reach.outside) || seen.cleared) && owned > 0.0 {
+                    self.add_ghost_cell(around, k, &image, &arm, seen, owned, cell);
                 }
             }
         }
@@ -152,8 +152,8 @@ impl<const D: usize> CutBody<D> {
         self.own_arms.push(arm);
     }
 
-    /// Adds the ghost cell at the distance `s` (m) from the surface, with the normal there of a
-    /// body that is not round, and the profile that it needs.
+    /// Adds the ghost cell at `arm` (m), of which the body has `seen` this, and the profile that it
+    /// needs.
     #[allow(clippy::too_many_arguments)]
     fn add_ghost_cell(
         &mut self,
@@ -161,7 +161,7 @@ impl<const D: usize> CutBody<D> {
         k: usize,
         image: &Image,
         arm: &Vector3<f64>,
-        (s, normal, cleared): (f64, Option<Vector3<f64>>, bool),
+        Seen { s, normal, cleared }: Seen,
         owned: f64,
         cell: usize,
     ) {

@@ -5,9 +5,8 @@
 //!     +--/----\-+ h
 //!     | /######\|       with w the height of the face over the box's middle along its last axis,
 //!     |/########b       h the half edge, and A the part of the face's projection on the box's
-//!     +---------+ -h    floor that lies within it. Faces above the box count with its whole
-//! height,
-//!     w             below it with none.
+//!     +---------+ -h    floor that lies within it. Faces above the box count with its
+//!     w                 whole height, below it with none.
 //! ```
 //! Each term is a continuous function of the corners, and terms of faces that share an edge agree
 //! on it: a face that lies on a side of the box, or an edge that runs through its corners, is no

@@ -148,7 +148,8 @@ impl Raster {
             .collect();
         let at = |i: usize, j: usize| i + n * j;
         let heights = || points.iter().map(|p| p[2]);
-        let range = heights().fold(deep, f64::max) - heights().fold(f64::INFINITY, f64::min);
+        let range =
+            heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
         let mut triangles = Vec::with_capacity(2 * (n - 1) * (m - 1) + 6 * (n + m));
         for j in 0..m - 1 {
             for i in 0..n - 1 {
