@@ -13,6 +13,7 @@ use crate::part::{Core, Part};
 use crate::placed::{Closest, NONE, Placed, Pose};
 use crate::simplex::{Corner, Directions, Simplex};
 use crate::smooth::refine;
+use crate::support;
 use nalgebra::Vector3;
 
 /// Most iterations.
@@ -28,6 +29,10 @@ pub fn closest(a: &Part, at: &Pose, b: &Part, to: &Pose, guess: &Vector3<f64>) -
         let normal = way.try_normalize(0.0)?;
         let points = [cores[0].place, cores[1].place];
         return Some(Closest { normal, distance: way.norm() - rounding, points });
+    }
+    if support::is_known(&cores) {
+        let found = support::closest(&cores, guess)?;
+        return Some(Closest { distance: found.distance - rounding, ..found });
     }
     let found = search(&cores, guess)?;
     let found = match cores.iter().any(Placed::is_smooth) {
@@ -59,12 +64,16 @@ fn search(cores: &[Placed<'_>; 2], guess: &Vector3<f64>) -> Option<Simplex> {
         if length.is_finite() && (known || close) {
             break;
         }
+        let before = simplex;
         let next = simplex.add(corner);
         let scale = corner.way().norm();
         if next.norm() <= NONE * scale {
             return None;
         }
         if next.norm() >= length * (1.0 - 1e-15) {
+            if next.norm() > length {
+                simplex = before;
+            }
             break;
         }
         length = next.norm();

@@ -38,6 +38,7 @@ mod simplex;
 mod smooth;
 pub mod stl;
 mod superquadric;
+mod support;
 mod touch;
 
 pub use clump::Clump;

@@ -112,7 +112,13 @@ impl Core {
     pub fn bend(&self, n: &Vector3<f64>) -> Matrix3<f64> {
         let (half, inset, own) = match self {
             Core::Point | Core::Polytope(_) => return Matrix3::zeros(),
-            Core::Ellipsoid { half, inset } => (half, inset, bend_of(half, [2.0, 2.0], n)),
+            Core::Ellipsoid { half, inset } => {
+                let squares = half.component_mul(half);
+                let far = squares.component_mul(n);
+                let reach = far.dot(n).sqrt();
+                let x = far / reach;
+                (half, inset, (Matrix3::from_diagonal(&squares) - x * x.transpose()) / reach)
+            }
             Core::Superquadric { half, exponents, inset } => {
                 (half, inset, bend_of(half, *exponents, n))
             }

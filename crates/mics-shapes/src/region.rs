@@ -21,7 +21,8 @@
 use crate::distance::closest;
 use crate::mesh::{Face, Mesh};
 use crate::part::{Core, Part, Polytope};
-use crate::placed::Pose;
+use crate::placed::{Placed, Pose};
+use crate::support::Beside;
 use nalgebra::{Rotation3, Vector3};
 
 /// Cosine of the angle between the directions to a part, or between the normals, up to which faces
@@ -120,6 +121,10 @@ pub(crate) fn foot(
     if matches!(part.core, Core::Point) {
         return foot_of_ball(&middle, part.rounding, simplex, normal);
     }
+    if let Core::Ellipsoid { half, .. } = &part.core {
+        let placed = Placed::new(part, pose);
+        return foot_of_ellipsoid(&Beside { placed: &placed, half }, simplex, normal);
+    }
     let core = Core::Polytope(Polytope { corners: simplex.to_vec(), faces: Vec::new() });
     let other = Part { place: Vector3::zeros(), core, rounding: 0.0, radius: 0.0 };
     let identity = Pose { place: Vector3::zeros(), orientation: Rotation3::identity() };
@@ -147,6 +152,48 @@ pub(crate) fn foot_of_ball(
         return Foot { gap: -distance - radius, up: *normal, place };
     }
     Foot { gap: distance - radius, up: way / distance, place }
+}
+
+/// The same of an ellipsoid: the least signed distance from it.
+fn foot_of_ellipsoid(own: &Beside<'_>, simplex: &[Vector3<f64>], normal: &Vector3<f64>) -> Foot {
+    let corner = |place: &Vector3<f64>| {
+        let (gap, up) = own.corner(place);
+        Foot { gap, up, place: *place }
+    };
+    match simplex {
+        [a, b, c] => {
+            let lowest = own.furthest(&-normal);
+            let gap = (lowest - a).dot(normal);
+            let place = lowest - gap * normal;
+            let edges = [[*a, *b], [*b, *c], [*c, *a]];
+            let beyond = |edge: &&[Vector3<f64>; 2]| {
+                normal.cross(&(edge[1] - edge[0])).dot(&(place - edge[0])) < 0.0
+            };
+            let feet = edges.iter().filter(beyond).map(|edge| foot_of_ellipsoid(own, edge, normal));
+            let nearest = feet.min_by(|one, other| one.gap.total_cmp(&other.gap));
+            nearest.unwrap_or(Foot { gap, up: *normal, place })
+        }
+        [a, b] => {
+            let length = (b - a).norm();
+            let along = (b - a) / length;
+            let line = if own.half.z == 0.0 {
+                let lowest = own.furthest(&-normal);
+                Some(((lowest - a).dot(normal), *normal, (lowest - a).dot(&along)))
+            } else {
+                let middle = a + 0.5 * length * along - own.placed.place;
+                let known = normal.norm_squared() > 0.0;
+                own.line(a, &along, &if known { -normal } else { middle })
+            };
+            match line {
+                Some((gap, up, foot)) if foot > 0.0 && foot < length => {
+                    Foot { gap, up, place: a + foot * along }
+                }
+                Some((.., foot)) if foot >= length => corner(b),
+                _ => corner(a),
+            }
+        }
+        _ => corner(&simplex[0]),
+    }
 }
 
 /// The point of a corner, a segment or a triangle that is nearest to another one (m).

@@ -202,3 +202,67 @@ fn flat_patch_is_as_deep_as_its_corners() {
     let found = touch_plane(&small, &tilted, &-Vector3::z(), 0.49);
     assert!(found.place.x > 0.1 && found.place.y.abs() < 1e-12, "{found:?}");
 }
+
+/// Equal boxes face on face, moved and turned by as little as can be and by much more: as deep as
+/// they are, along the normal of the faces.
+#[test]
+fn equal_boxes_stand_flush_on_each_other() {
+    let mut dice = Dice(11);
+    let mut small = |from: f64| {
+        let size = 10f64.powf(-from - 7.0 * (1.0 + dice.roll()));
+        if dice.roll() < -0.4 { 0.0 } else { size * dice.roll().signum() }
+    };
+    for flat in [true, false] {
+        let half = [0.5, 0.5, if flat { 0.0 } else { 0.5 }];
+        let part = cuboid(half, 0.025);
+        for k in 0..20_000 {
+            let [x, z] = [small(2.0), if flat { 0.0 } else { small(2.0) }];
+            let mut turn = Vector3::new(small(5.0), small(3.0), small(5.0));
+            if flat {
+                turn = Vector3::z() * turn.z;
+            }
+            let depth = 10f64.powf(-2.0 - f64::from(k % 5));
+            let quarter = if flat { Vector3::z() } else { Vector3::y() };
+            let quarter = quarter * std::f64::consts::FRAC_PI_2 * f64::from(k % 4);
+            let orientation =
+                Rotation3::from_scaled_axis(turn) * Rotation3::from_scaled_axis(quarter);
+            let below = Pose {
+                place: Vector3::new(0.1, 0.2, 0.3 * half[2]),
+                orientation: Rotation3::identity(),
+            };
+            let place = below.place + Vector3::new(x, 1.0 - depth, z);
+            let above = Pose { place, orientation };
+            let found = touch(&part, &below, &part, &above, &(place - below.place)).unwrap();
+            let lean = 0.75 * (turn.x.abs() + turn.z.abs());
+            let overlap = found.overlap;
+            assert!(
+                overlap > 0.98 * depth - lean
+                    && overlap < 1.6 * (depth + lean)
+                    && found.normal.y > 0.9,
+                "{found:?} {above:?} {depth}"
+            );
+        }
+    }
+}
+
+/// Ellipsoids that overlap by more than their skins are as deep as along their normal.
+#[test]
+fn ellipsoids_have_a_distance_wherever_they_overlap() {
+    let mut dice = Dice(13);
+    for flat in [true, false] {
+        let z = if flat { 0.0 } else { 1.0 };
+        let (a, b) = (ellipsoid([0.5, 0.3, 0.4 * z]), ellipsoid([0.3, 0.25, 0.35 * z]));
+        for _ in 0..2000 {
+            let poses = [dice.pose(flat, 0.1), dice.pose(flat, 0.45)];
+            let guess = poses[1].place - poses[0].place;
+            let found = closest(&a, &poses[0], &b, &poses[1], &guess).unwrap();
+            let shown = along(&a, &poses[0], &b, &poses[1], &found.normal);
+            assert!((shown - found.distance).abs() < 1e-12, "{shown} {found:?}");
+            for _ in 0..20 {
+                let n = (found.normal + 0.05 * dice.vector(flat)).normalize();
+                let other = along(&a, &poses[0], &b, &poses[1], &n);
+                assert!(other <= found.distance + 1e-12, "{other} {found:?} {poses:?}");
+            }
+        }
+    }
+}
