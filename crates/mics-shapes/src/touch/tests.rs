@@ -114,7 +114,9 @@ fn distance_of_all_pairs_is_largest_along_its_normal() {
                 let Some(found) = closest(a, &poses[0], b, &poses[1], &guess) else { continue };
                 let back = closest(b, &poses[1], a, &poses[0], &dice.vector(flat)).unwrap();
                 let shown = along(a, &poses[0], b, &poses[1], &found.normal);
+                // Cores of ellipsoids may overlap.
                 let way = found.points[1] - found.points[0];
+                let way = way * (found.distance + a.rounding + b.rounding).signum();
                 let apart = [
                     (shown - found.distance).abs().max((back.distance - found.distance).abs()),
                     (way.normalize() - found.normal)
