@@ -27,7 +27,7 @@
 //! pile slides by little on the one below.
 
 use super::law::Kinematics;
-use super::meeting::InverseMass;
+use super::meeting::{Arms, InverseMass};
 use super::pair::Pair;
 use super::{Contacts, Impulse};
 use crate::particles::Body;
@@ -48,9 +48,9 @@ pub(super) struct Constraint {
     /// Its place among the pairs, and its two.
     pair: usize,
     two: [usize; 2],
-    /// From the first to the second, and the arms of both (m).
+    /// From the first to the second, and the arms of both.
     normal: Vector3<f64>,
-    arms: [Vector3<f64>; 2],
+    arms: Arms,
     /// `1/m_n`, `1/m_t` (1/kg), and q along both.
     inverse: [f64; 2],
     share: [f64; 2],
@@ -143,7 +143,7 @@ impl Contacts {
             pair.tangential += along;
         }
         let impulse = along - press * normal;
-        pair.add(impulse, turns(&arms, &impulse));
+        pair.add(impulse, arms.turns(&impulse));
         if let Some(wall) = constraint.two[1].checked_sub(bodies) {
             self.wall_impulse -= impulse;
             self.wall_work += impulse.dot(&self.walls[wall].velocity);
@@ -238,7 +238,8 @@ impl Contacts {
         };
         let ([(one, spun), (other, its)], n) = (constraint.two.map(of), constraint.normal);
         let arms = &constraint.arms;
-        let moved = one - other + spun.cross(&arms[0]) - its.cross(&arms[1]);
+        let moved = one - other + spun.cross(&arms.to[0]) - its.cross(&arms.to[1]);
+        let moved = arms.coupled(moved, [&spun, &its]);
         (moved.dot(&n), moved - moved.dot(&n) * n)
     }
 
@@ -276,7 +277,7 @@ impl Constraint {
 
     /// Adds an impulse (N s) at the contact to the first of the pair, its opposite to the second.
     fn apply(&self, impulse: Vector3<f64>, corrections: &mut [Impulse]) {
-        let turns = turns(&self.arms, &impulse);
+        let turns = self.arms.turns(&impulse);
         for (k, impulse, turn) in
             [(self.two[0], impulse, turns[0]), (self.two[1], -impulse, turns[1])]
         {
@@ -286,10 +287,4 @@ impl Constraint {
             }
         }
     }
-}
-
-/// What an impulse (N s) at a contact, with these arms (m), gives the first and the second of a
-/// pair of angular momentum (N m s).
-pub(super) fn turns(arms: &[Vector3<f64>; 2], impulse: &Vector3<f64>) -> [Vector3<f64>; 2] {
-    [arms[0].cross(impulse), -arms[1].cross(impulse)]
 }

@@ -1,8 +1,8 @@
 //! Forces of the fluid in the gaps in a substep, pair by pair; [`super::lubrication`] has formulas.
 
-use super::correction::turns;
 use super::law::Kinematics;
 use super::lubrication::Lubrication;
+use super::meeting::Arms;
 use super::pair::Pair;
 use super::substep::TOUCHING;
 use super::{Contacts, WallSide};
@@ -29,6 +29,7 @@ impl Contacts {
             let h = std::mem::take(&mut pair.due);
             let pair = self.pairs[p];
             let meeting = self.closest(&pair, bodies, 0.0);
+            self.pairs[p].seen = meeting.normal;
             let (gap, arms) = (-meeting.overlap, meeting.arms);
             if gap > range {
                 continue;
@@ -45,9 +46,9 @@ impl Contacts {
                 resistance * kinematics.approach / (1.0 + resistance * kinematics.inverse_normal);
             self.pairs[p].normal += impulse;
             let impulse = -impulse * kinematics.normal;
-            self.apply_impulse(p, bodies, impulse, turns(&arms, &impulse));
-            let slip = self.slide(p, bodies, &kinematics, arms, h * lubrication.sliding);
-            self.roll(p, bodies, (kinematics.normal, slip), arms, h * lubrication.rolling);
+            self.apply_impulse(p, bodies, impulse, arms.turns(&impulse));
+            let slip = self.slide(p, bodies, &kinematics, &arms, h * lubrication.sliding);
+            self.roll(p, bodies, (kinematics.normal, slip), arms.to, h * lubrication.rolling);
         }
     }
 
@@ -125,12 +126,12 @@ impl Contacts {
         p: usize,
         bodies: &mut [Body],
         kinematics: &Kinematics,
-        arms: [Vector3<f64>; 2],
+        arms: &Arms,
         resistance: f64,
     ) -> Vector3<f64> {
         let left = 1.0 / (1.0 + resistance * kinematics.inverse_tangential);
         let impulse = -resistance * left * kinematics.slip;
-        self.apply_impulse(p, bodies, impulse, turns(&arms, &impulse));
+        self.apply_impulse(p, bodies, impulse, arms.turns(&impulse));
         left * kinematics.slip
     }
 

@@ -119,6 +119,51 @@ impl InverseMass {
     }
 }
 
+/// How what acts at a contact turns its two.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arms {
+    /// From the centres to the contact (m).
+    pub(super) to: [Vector3<f64>; 2],
+    /// From the first to the second.
+    pub(super) normal: Vector3<f64>,
+    /// Couple about the normal (N m) of a force along it, over that (N).
+    pub(super) couple: f64,
+}
+
+impl Arms {
+    /// What an impulse (N s) on the first, and its opposite on the second, give both of angular
+    /// momentum (N m s).
+    #[inline]
+    pub(super) fn turns(&self, impulse: &Vector3<f64>) -> [Vector3<f64>; 2] {
+        let turns = [self.to[0].cross(impulse), -self.to[1].cross(impulse)];
+        if self.couple == 0.0 {
+            return turns;
+        }
+        let couple = self.couple * impulse.dot(&self.normal) * self.normal;
+        [turns[0] + couple, turns[1] - couple]
+    }
+
+    /// Velocity of the first against the second at the contact by their spins (rad/s), with what
+    /// the couple makes of them along the normal (m/s).
+    #[inline]
+    pub(super) fn turning(&self, spins: [&Vector3<f64>; 2]) -> Vector3<f64> {
+        self.coupled(spins[0].cross(&self.to[0]) - spins[1].cross(&self.to[1]), spins)
+    }
+
+    /// A velocity (m/s) with what the couple makes of spins.
+    #[inline]
+    pub(super) fn coupled(
+        &self,
+        velocity: Vector3<f64>,
+        spins: [&Vector3<f64>; 2],
+    ) -> Vector3<f64> {
+        if self.couple == 0.0 {
+            return velocity;
+        }
+        velocity + self.couple * (spins[0] - spins[1]).dot(&self.normal) * self.normal
+    }
+}
+
 /// Where a pair touches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting {
@@ -128,8 +173,7 @@ pub(super) struct Meeting {
     pub(super) overlap: f64,
     /// By how much the overlap of a patch grows where the two approach at its place.
     pub(super) gain: f64,
-    /// From the centres to the contact (m).
-    pub(super) arms: [Vector3<f64>; 2],
+    pub(super) arms: Arms,
     /// Radius of the patch (m).
     pub(super) spread: f64,
     /// Local radii of curvature (m).
@@ -158,8 +202,9 @@ impl Contacts {
                 let distance = apart.norm();
                 let (normal, radii) = (apart / distance, [body.radius(), other.radius()]);
                 let overlap = body.radius() + other.radius() - distance;
-                let arms =
+                let to =
                     [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
+                let arms = Arms { to, normal, couple: 0.0 };
                 let approach = velocity.dot(&normal);
                 Meeting { normal, overlap, gain: 1.0, arms, spread: 0.0, radii, velocity, approach }
             }
@@ -172,7 +217,11 @@ impl Contacts {
                     normal,
                     overlap: body.radius() - distance,
                     gain: 1.0,
-                    arms: [distance * normal, Vector3::zeros()],
+                    arms: Arms {
+                        to: [distance * normal, Vector3::zeros()],
+                        normal,
+                        couple: 0.0,
+                    },
                     spread: 0.0,
                     radii: [body.radius(), f64::INFINITY],
                     velocity,
@@ -202,9 +251,9 @@ impl Contacts {
             let wall = &self.walls[pair.second - bodies.len()];
             let offset = if wall.high { wall.at } else { -wall.at };
             let touch = mics_shapes::touch_plane(part, &pose, &wall.normal(), offset);
-            let arms = [touch.place - pose.place, Vector3::zeros()];
+            let to = [touch.place - pose.place, Vector3::zeros()];
             let velocity = body.velocity - wall.sliding();
-            return Meeting::of(&touch, arms, velocity, body.spin.cross(&arms[0]));
+            return Meeting::of(&touch, to, velocity, [&body.spin, &Vector3::zeros()]);
         };
         let its_part = match other.parts().get(pair.parts[1]) {
             Some(part) => part,
@@ -219,27 +268,13 @@ impl Contacts {
         let own = Pose { place: Vector3::zeros(), ..pose };
         let its = Pose { place: apart, ..self.pose(pair.second, bodies, h) };
         let guess = apart + its.orientation * its_part.place - own.orientation * part.place;
-        match mics_shapes::touch(part, &own, its_part, &its, &guess) {
-            Some(touch) => {
-                let arms = [touch.place, touch.place - apart];
-                let turning = body.spin.cross(&arms[0]) - other.spin.cross(&arms[1]);
-                Meeting::of(&touch, arms, velocity, turning)
-            }
-            None => {
-                // Beyond what a soft contact can be: as deep as the skins are thick.
-                let normal = guess.try_normalize(0.0).unwrap_or_else(Vector3::x);
-                Meeting {
-                    normal,
-                    overlap: part.rounding + its_part.rounding,
-                    gain: 1.0,
-                    arms: [0.5 * apart, -0.5 * apart],
-                    spread: 0.0,
-                    radii: [part.radius, its_part.radius],
-                    velocity,
-                    approach: velocity.dot(&normal),
-                }
-            }
-        }
+        let known = pair.seen != Vector3::zeros();
+        let way = if known { &pair.seen } else { &guess };
+        let spins = [&body.spin, &other.spin];
+        mics_shapes::touch(part, &own, its_part, &its, way).map_or_else(
+            || Meeting::too_deep([part, its_part], &guess, [0.5 * apart, -0.5 * apart], velocity),
+            |touch| Meeting::of(&touch, [touch.place, touch.place - apart], velocity, spins),
+        )
     }
 
     /// How a body lies in the middle of a substep `h` (s), or now.
@@ -284,14 +319,13 @@ impl Contacts {
         ((DEEPEST_OVERLAP * radius).min(MOST_OF_SKINS * (skin + its_skin)), radius)
     }
 
-    /// How a pair meets in the middle of a substep `h` (s), and the arms from the centres to the
-    /// contact (m).
+    /// How a pair meets in the middle of a substep `h` (s), and the arms of the contact.
     pub(super) fn kinematics(
         &self,
         pair: &Pair,
         bodies: &[Body],
         h: f64,
-    ) -> (Kinematics, [Vector3<f64>; 2]) {
+    ) -> (Kinematics, Arms) {
         let meeting = self.closest(pair, bodies, h);
         (self.kinematics_at(pair, bodies, h, &meeting), meeting.arms)
     }
@@ -306,18 +340,19 @@ impl Contacts {
     ) -> Kinematics {
         let (body, inverse_mass) = (&bodies[pair.first], &self.inverse_masses[pair.first]);
         let &Meeting { normal, overlap, gain, arms, velocity, approach, .. } = meeting;
-        let mut turning = body.spin.cross(&arms[0]);
-        let mut turned = inverse_mass.accelerations.angular.cross(&arms[0]);
         let (mut whole, mut inverse, mut accelerations) =
-            (inverse_mass.whole, inverse_mass.mass, inverse_mass.accelerations.acceleration);
+            (inverse_mass.whole, inverse_mass.mass, inverse_mass.accelerations);
+        let (mut spin, mut angular) = (Vector3::zeros(), Vector3::zeros());
         if let Some(other) = bodies.get(pair.second) {
             let its = &self.inverse_masses[pair.second];
-            turning -= other.spin.cross(&arms[1]);
-            turned -= its.accelerations.angular.cross(&arms[1]);
-            accelerations -= its.accelerations.acceleration;
+            (spin, angular) = (other.spin, its.accelerations.angular);
+            accelerations.acceleration -= its.accelerations.acceleration;
             whole += its.whole;
             inverse += its.mass;
         }
+        let turning = arms.turning([&body.spin, &spin]);
+        let turned = arms.turning([&accelerations.angular, &angular]);
+        let accelerations = accelerations.acceleration;
         let round = self.are_round(pair, bodies);
         if pair.is_own_image() {
             // An impulse and its reaction on the same body move it nowhere, and turn it twice.
@@ -327,7 +362,7 @@ impl Contacts {
             let v = v + turning;
             v - v.dot(&normal) * normal
         };
-        let inverse_turn = self.turning_response(pair, &arms, &normal, round);
+        let inverse_turn = self.turning_response(pair, &arms, round);
         // Along an axis where neither gives way the damper changes nothing, but has to stay finite.
         let finite = |inverse: f64| if inverse > 1e-6 * whole { inverse } else { whole };
         Kinematics {
@@ -350,30 +385,29 @@ impl Contacts {
     fn turning_response(
         &self,
         pair: &Pair,
-        arms: &[Vector3<f64>; 2],
-        normal: &Vector3<f64>,
+        arms: &Arms,
         round: bool,
     ) -> [f64; 2] {
+        let (to, normal) = (&arms.to, &arms.normal);
         let first = &self.inverse_masses[pair.first].inertia;
         let second = self.inverse_masses.get(pair.second).map(|its| &its.inertia);
         if round {
             let sides = match (pair.is_own_image(), second) {
-                (true, _) => (arms[0] - arms[1]).norm_squared() * first.max(),
+                (true, _) => (to[0] - to[1]).norm_squared() * first.max(),
                 (_, Some(its)) => {
-                    arms[0].norm_squared() * first.max() + arms[1].norm_squared() * its.max()
+                    to[0].norm_squared() * first.max() + to[1].norm_squared() * its.max()
                 }
-                _ => arms[0].norm_squared() * first.max(),
+                _ => to[0].norm_squared() * first.max(),
             };
             return [0.0, sides];
         }
+        // By what impulses along a and b turn both.
         let response = |a: &Vector3<f64>, b: &Vector3<f64>| {
-            let of = |inertia: &InverseInertia, arm: &Vector3<f64>| {
-                arm.cross(a).dot(&inertia.of(&arm.cross(b)))
-            };
+            let ([one, its_one], [other, its_other]) = (arms.turns(a), arms.turns(b));
             match second {
-                Some(_) if pair.is_own_image() => of(first, &(arms[0] - arms[1])),
-                Some(its) => of(first, &arms[0]) + of(its, &arms[1]),
-                None => of(first, &arms[0]),
+                Some(_) if pair.is_own_image() => (one + its_one).dot(&first.of(&(other + its_other))),
+                Some(its) => one.dot(&first.of(&other)) + its_one.dot(&its.of(&its_other)),
+                None => one.dot(&first.of(&other)),
             }
         };
         let about = if normal.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
@@ -386,16 +420,37 @@ impl Contacts {
 }
 
 impl Meeting {
-    /// That of two parts, whose centres have a relative velocity and whose spins add another one at
-    /// the contact (m/s).
+    /// That of two parts whose centres are so far from the place (m) and have a relative velocity
+    /// (m/s), and spins (rad/s).
     pub(super) fn of(
         touch: &Touch,
-        arms: [Vector3<f64>; 2],
+        to: [Vector3<f64>; 2],
         velocity: Vector3<f64>,
-        turning: Vector3<f64>,
+        spins: [&Vector3<f64>; 2],
     ) -> Meeting {
-        let &Touch { normal, overlap, gain, spread, radii, .. } = touch;
-        let approach = (velocity + turning).dot(&normal);
+        let &Touch { normal, overlap, gain, couple, spread, radii, .. } = touch;
+        let arms = Arms { to, normal, couple };
+        let approach = (velocity + arms.turning(spins)).dot(&normal);
         Meeting { normal, overlap, gain, arms, spread, radii, velocity, approach }
+    }
+
+    /// That of two parts beyond what a soft contact can be: as deep as the skins are thick.
+    fn too_deep(
+        parts: [&Part; 2],
+        way: &Vector3<f64>,
+        to: [Vector3<f64>; 2],
+        velocity: Vector3<f64>,
+    ) -> Meeting {
+        let normal = way.try_normalize(0.0).unwrap_or_else(Vector3::x);
+        Meeting {
+            normal,
+            overlap: parts[0].rounding + parts[1].rounding,
+            gain: 1.0,
+            arms: Arms { to, normal, couple: 0.0 },
+            spread: 0.0,
+            radii: parts.map(|part| part.radius),
+            velocity,
+            approach: velocity.dot(&normal),
+        }
     }
 }

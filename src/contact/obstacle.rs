@@ -107,9 +107,7 @@ impl Contacts {
         // From the centre of the obstacle, along the axes of the box.
         let arm = its * touch.place;
         touch.normal = its * touch.normal;
-        let arms = [arm + apart, arm];
-        let turning = body.spin.cross(&arms[0]) - other.spin.cross(&arm);
-        Meeting::of(&touch, arms, velocity, turning)
+        Meeting::of(&touch, [arm + apart, arm], velocity, [&body.spin, &other.spin])
     }
 
     /// Finds for the contacts with obstacles that last which faces hold them now.
@@ -122,7 +120,7 @@ impl Contacts {
             let lasts = pair.spring.is_some() && pair.region != Pair::NO_REGION;
             let wall = bodies.get(pair.second).and_then(obstacle).filter(|_| lasts);
             let Some(wall) = wall else { continue };
-            let place = self.closest(pair, bodies, 0.0).arms[1];
+            let place = self.closest(pair, bodies, 0.0).arms.to[1];
             let own = bodies[pair.second].orientation().inverse_transform_vector(&place);
             let region = self.regions.get(pair.region);
             self.pairs[p].parts[1] = wall.faces().face_at(region, &own);

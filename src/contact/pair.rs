@@ -41,6 +41,9 @@ pub(super) struct Pair {
     pub(super) lubrication: Lubrication,
     pub(super) stride: usize,
     pub(super) due: f64,
+    /// The normal that it met with last in the step, zero before it did: where the search for the
+    /// next one starts.
+    pub(super) seen: Vector3<f64>,
     /// They cannot touch before the two have gone so far since the search, together (m).
     pub(super) clear: f64,
 }
@@ -69,6 +72,7 @@ impl Pair {
             lubrication: Lubrication::UNKNOWN,
             stride: 1,
             due: 0.0,
+            seen: Vector3::zeros(),
             clear: 0.0,
         }
     }

@@ -108,7 +108,7 @@ impl Contacts {
             let inverse_mass = &self.inverse_masses[body];
             let (mass, inertia) = (inverse_mass.mass.max(), inverse_mass.inertia.max());
             if mass > 0.0 && inertia > 0.0 {
-                1.0 / (1.0 / inertia + meeting.arms[k].norm_squared() / mass)
+                1.0 / (1.0 / inertia + meeting.arms.to[k].norm_squared() / mass)
             } else {
                 0.0
             }

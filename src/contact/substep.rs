@@ -1,7 +1,7 @@
 //! A substep: the kick by accelerations and contacts, the drift; formulas in [`super`].
 
 use super::law::Kinematics;
-use super::meeting::Meeting;
+use super::meeting::{Arms, Meeting};
 use super::pair::Pair;
 use super::{Contacts, Impulse};
 use crate::Result;
@@ -40,6 +40,7 @@ impl Contacts {
                 continue;
             }
             let meeting = self.closest(&self.pairs[p], bodies, h);
+            self.pairs[p].seen = meeting.normal;
             if !meeting.touches(h) {
                 let (gone, pair) =
                     (Self::together(&self.pairs[p], &self.travelled), &mut self.pairs[p]);
@@ -77,7 +78,8 @@ impl Contacts {
         pair.normal_impulse += h * normal;
         pair.stuck += h * normal * held.clamp(0.0, 1.0);
         let force = tangential - normal * kinematics.normal;
-        let turns = [arms[0].cross(&force) + rolling, -arms[1].cross(&force) - rolling];
+        let turns = arms.turns(&force);
+        let turns = [turns[0] + rolling, turns[1] - rolling];
         pair.add(h * force, turns.map(|turn| h * turn));
         self.pairs[p] = pair;
         if normal > 0.0 {
@@ -121,7 +123,7 @@ impl Contacts {
             (half * inverse_mass.mass.component_mul(&load.linear), turned, spin)
         };
         let ((moved, turned, spin), (other, its, its_spin)) = (mean(pair.first), mean(pair.second));
-        let turned = turned.cross(&arms[0]) - its.cross(&arms[1]);
+        let turned = arms.turning([&turned, &its]);
         let slip =
             kinematics.slip + 0.5 * kinematics.h * kinematics.push_slip + (moved - other) + turned;
         force.dot(&slip) + torque.dot(&(spin - its_spin))
@@ -179,7 +181,7 @@ pub(super) struct TangentialForce {
     force: Vector3<f64>,
     torque: Vector3<f64>,
     kinematics: Kinematics,
-    arms: [Vector3<f64>; 2],
+    arms: Arms,
 }
 
 /// Speed (m/s) at which a body's turning moves its rim: nothing of a round one.

@@ -1,93 +1,111 @@
 //! The nearest points of two convex parts.
 //!
 //! ```text
-//!        __                 n, length d          v = b - a of cores, by the algorithm of Gilbert,
-//!       /A \ a o--------o b /\                   Johnson and Keerthi: which corners, edges or
-//!       \__/               /B \                  faces of polytopes are nearest
+//!        __                    n, length d
+//!       /A \ a o--------o b /\      ellipsoids, balls            [`crate::support`]
+//!       \__/               /B \     polytopes                    [`crate::polytope`]
+//!                                   a curved body and another    [`crate::beside`]
+//!                                   two, one a superquadric      [`crate::smooth`]
 //! ```
-//! For smooth cores that is the start of Newton's method ([`crate::smooth`]). (parry3d's version of
-//! the algorithm stops at 5e-8 of the distance, which leaves 3e-4 of the normal near edges, and
-//! counts lengths in absolute terms.)
 
-use crate::part::{Core, Part};
-use crate::placed::{Closest, NONE, Placed, Pose};
-use crate::simplex::{Corner, Directions, Simplex};
-use crate::smooth::refine;
-use crate::support;
+use crate::beside::Beside;
+use crate::part::{Core, Part, Polytope};
+use crate::placed::{Closest, Placed, Pose};
+use crate::polytope::{Feature, meet};
+use crate::{smooth, support};
 use nalgebra::Vector3;
 
-/// Most iterations.
-const MOST: usize = 100;
-
 /// The nearest points of two parts of bodies in these poses; `guess` is a direction from the first
-/// to the second, not zero. `None` where their cores overlap.
+/// to the second, not zero. `None` where cores overlap by more than what is nearest says.
 pub fn closest(a: &Part, at: &Pose, b: &Part, to: &Pose, guess: &Vector3<f64>) -> Option<Closest> {
-    let cores = [Placed::new(a, at), Placed::new(b, to)];
+    closest_of([a, b], &[Placed::new(a, at), Placed::new(b, to)], guess)
+}
+
+/// The same of parts at their places.
+pub(crate) fn closest_of(
+    [a, b]: [&Part; 2],
+    cores: &[Placed<'_>; 2],
+    guess: &Vector3<f64>,
+) -> Option<Closest> {
     let rounding = a.rounding + b.rounding;
-    if let (Core::Point, Core::Point) = (&a.core, &b.core) {
-        let way = cores[1].place - cores[0].place;
-        let normal = way.try_normalize(0.0)?;
-        let points = [cores[0].place, cores[1].place];
-        return Some(Closest { normal, distance: way.norm() - rounding, points });
-    }
-    if support::is_known(&cores) {
-        let found = support::closest(&cores, guess)?;
-        return Some(Closest { distance: found.distance - rounding, ..found });
-    }
-    let found = search(&cores, guess)?;
-    let found = match cores.iter().any(Placed::is_smooth) {
-        true => refine(&cores, &found),
-        false => flat(&found),
+    let found = match (&a.core, &b.core) {
+        (Core::Point, Core::Point) => {
+            let way = cores[1].place - cores[0].place;
+            let normal = way.try_normalize(0.0)?;
+            let points = [cores[0].place, cores[1].place];
+            return Some(Closest { normal, distance: way.norm() - rounding, points });
+        }
+        (Core::Polytope(one), Core::Polytope(other)) => {
+            let sides = [&cores[0], &cores[1]];
+            let (nearest, _) = meet(sides, [one, other], [a.rounding, b.rounding], guess);
+            let Feature { distance, normal, points, .. } = nearest;
+            apart(cores, a.radius + b.radius, Closest { normal, distance, points })?
+        }
+        (Core::Polytope(polytope), _) => {
+            let found = beside_polytope(polytope, &cores[0], &cores[1], guess)?;
+            apart(cores, a.radius + b.radius, found)?
+        }
+        (_, Core::Polytope(polytope)) => {
+            let found = beside_polytope(polytope, &cores[1], &cores[0], &-guess)?;
+            apart(cores, a.radius + b.radius, found.turned())?
+        }
+        (Core::Superquadric { .. }, Core::Point) => beside_point(&cores[0], &cores[1].place)?,
+        (Core::Point, Core::Superquadric { .. }) => {
+            beside_point(&cores[1], &cores[0].place)?.turned()
+        }
+        (Core::Superquadric { .. }, _) | (_, Core::Superquadric { .. }) => {
+            smooth::closest(cores, guess)?
+        }
+        _ => support::closest(cores, guess)?,
     };
-    found.map(|found| Closest { distance: found.distance - rounding, ..found })
+    Some(Closest { distance: found.distance - rounding, ..found })
 }
 
-/// Finds the nearest corners, edges or faces of two cores, with a tolerance of the distance where
-/// they are smooth.
-fn search(cores: &[Placed<'_>; 2], guess: &Vector3<f64>) -> Option<Simplex> {
-    let smooth = cores.each_ref().map(|core| core.is_smooth());
-    let flat = cores.each_ref().map(|core| matches!(core.core, Core::Polytope(_)));
-    let tolerance = match (smooth, flat) {
-        ([false, false], _) => 1e-14,
-        // The feature of the polytope has to be right.
-        (_, [true, _] | [_, true]) => 3e-14,
-        _ => 1e-6,
-    };
-    let mut simplex = Simplex::default();
-    let mut way = guess.try_normalize(0.0).unwrap_or_else(Vector3::x);
-    let mut length = f64::INFINITY;
-    for _ in 0..MOST {
-        let ((p, i), (q, j)) = (cores[0].support(&way), cores[1].support(&-way));
-        let corner = Corner { points: [p, q], numbers: [i, j] };
-        let known = !smooth[0] && !smooth[1] && simplex.contains(corner.numbers);
-        let close = length - corner.way().dot(&way) <= tolerance * length;
-        if length.is_finite() && (known || close) {
-            break;
-        }
-        let before = simplex;
-        let next = simplex.add(corner);
-        let scale = corner.way().norm();
-        if next.norm() <= NONE * scale {
-            return None;
-        }
-        if next.norm() >= length * (1.0 - 1e-15) {
-            if next.norm() > length {
-                simplex = before;
-            }
-            break;
-        }
-        length = next.norm();
-        way = next / length;
-    }
-    length.is_finite().then_some(simplex)
+/// The nearest points of two cores of this size together (m), where they are as far apart along
+/// their normal: cores that overlap too much are not.
+fn apart(cores: &[Placed<'_>; 2], size: f64, found: Closest) -> Option<Closest> {
+    let normal = &found.normal;
+    let shown = (cores[1].support(&-normal) - cores[0].support(normal)).dot(normal);
+    (found.distance - shown <= 1e-6 * size).then_some(found)
 }
 
-/// Two polytopes: the simplex is exact, its normal that of the corners that it has.
-fn flat(simplex: &Simplex) -> Option<Closest> {
-    let mut corners = simplex.corners().map(|(corner, _)| corner.way());
-    let first = corners.next()?;
-    let frame = Directions::of(corners.map(|way| way - first));
-    let way = frame.across(&frame.across(&first));
-    let distance = way.norm();
-    Some(Closest { normal: way.try_normalize(0.0)?, distance, points: simplex.points() })
+impl Closest {
+    /// The same of the two in the other order.
+    fn turned(self) -> Closest {
+        Closest { normal: -self.normal, points: [self.points[1], self.points[0]], ..self }
+    }
+}
+
+/// The nearest points of a polytope and another core.
+fn beside_polytope(
+    polytope: &Polytope,
+    side: &Placed<'_>,
+    other: &Placed<'_>,
+    guess: &Vector3<f64>,
+) -> Option<Closest> {
+    let back = side.orientation.inverse();
+    let orientation = back * other.orientation;
+    let middle = back * (other.place - side.place);
+    let (place, up, distance) = match other.inset() {
+        0.0 => {
+            let (distance, away) = polytope.beside(&middle);
+            (middle - distance * away, away, distance)
+        }
+        inset => {
+            let seen = Placed { core: other.core, orientation: &orientation, place: middle };
+            let foot = Beside::new(seen)?.nearest_of(polytope, &(back * guess));
+            (foot.place, foot.up, foot.gap + inset)
+        }
+    };
+    let normal = side.orientation * up;
+    let point = side.at(&place);
+    Some(Closest { normal, distance, points: [point, point + distance * normal] })
+}
+
+/// The nearest points of a curved body and a point.
+fn beside_point(placed: &Placed<'_>, point: &Vector3<f64>) -> Option<Closest> {
+    let foot = Beside::new(*placed)?.foot(&[*point], &Vector3::zeros());
+    let distance = foot.gap + placed.inset();
+    let points = [point + distance * foot.up, *point];
+    Some(Closest { normal: -foot.up, distance, points })
 }

@@ -8,172 +8,252 @@
 //!                       edges with sharp edges
 //! ```
 
+use crate::beside::Beside;
+use crate::flags::Flags;
 use crate::mesh::Mesh;
 use crate::part::{Core, Part, Polytope};
 use crate::placed::{Placed, Pose};
-use crate::region::{Foot, Held, Region, foot, foot_of_ball};
-use crate::touch::{PARALLEL, POWER, Patch, SAME, Touch, mean, nearest_of, radius};
+use crate::polytope;
+use crate::region::{Bound, Foot, Held, Region, around, foot, foot_of_ball};
+use crate::touch::{POWER, Patch, SAME, Touch, mean, nearest_of_edges, radius, weight_of_edges};
 use nalgebra::Vector3;
 
-/// Local radii of curvature of a part where the surface lies along `normal`, and of that (m).
-fn radii(part: &Part, pose: &Pose, normal: &Vector3<f64>) -> [f64; 2] {
-    [radius(part, &Placed::new(part, pose), normal), f64::INFINITY]
-}
-
-/// The contact at one point.
-fn single(foot: &Foot, part: &Part, pose: &Pose) -> Touch {
-    let normal = -foot.up;
-    let radii = radii(part, pose, &normal);
-    Touch { normal, overlap: -foot.gap, gain: 1.0, place: foot.place, spread: 0.0, radii }
-}
-
-/// The contact of a patch, where it touches.
-fn whole(patch: &Patch, part: &Part, pose: &Pose) -> Option<Touch> {
-    patch.is_touched().then(|| patch.whole(radii(part, pose, &patch.direction())))
+/// A part of a body beside a region that it may touch.
+struct Above<'a> {
+    mesh: &'a Mesh,
+    region: &'a Region,
+    part: &'a Part,
+    pose: &'a Pose,
+    /// No gap is narrower by more since the faces were found (m).
+    way: f64,
 }
 
 impl Mesh {
     /// How a part of a body in this pose touches a region, in the axes of the surface: the place is
     /// on the surface. `power` is p for parts that are no polytopes.
     pub fn touch(&self, region: &Region, part: &Part, pose: &Pose, power: f64) -> Touch {
-        if let Core::Polytope(polytope) = &part.core {
-            return self.touch_polytope(region, part, pose, polytope);
+        let above = Above { mesh: self, region, part, pose, way: region.way(part, pose) };
+        match &part.core {
+            Core::Polytope(polytope) => above.touch_polytope(polytope),
+            _ => above.touch(power),
         }
-        let (nearest, touching) = self.nearest_face(region, part, pose);
-        if touching < 2 {
-            return single(&nearest, part, pose);
-        }
-        let mut patch = Patch::about(part.rounding, nearest.place, power);
-        self.add_signed(region, &mut patch, |simplex, normal| foot(part, pose, simplex, normal));
-        whole(&patch, part, pose).unwrap_or_else(|| single(&nearest, part, pose))
+    }
+}
+
+impl Above<'_> {
+    /// Local radii of curvature of the part where the surface lies along `normal`, and of that (m).
+    fn radii(&self, normal: &Vector3<f64>) -> [f64; 2] {
+        [radius(self.part, &Placed::new(self.part, self.pose), normal), f64::INFINITY]
     }
 
-    /// The same of a polytope.
-    fn touch_polytope(
-        &self,
-        region: &Region,
-        part: &Part,
-        pose: &Pose,
-        polytope: &Polytope,
-    ) -> Touch {
-        let side = Placed::new(part, pose);
-        let mut patch = Patch::about(part.rounding, side.place, f64::from(POWER));
-        self.add_polytope(region, (part, pose, polytope), &side, &mut patch);
-        if let Some(touch) = whole(&patch, part, pose) {
-            return touch;
+    /// The contact at one point.
+    fn single(&self, foot: &Foot) -> Touch {
+        let normal = -foot.up;
+        Touch::single(normal, -foot.gap, foot.place, self.radii(&normal))
+    }
+
+    /// The contact of a patch, where it touches.
+    fn whole(&self, patch: &Patch) -> Option<Touch> {
+        patch.is_touched().then(|| patch.whole(self.radii(&patch.direction())))
+    }
+
+    /// The faces that may overlap, by the gap that they had.
+    fn near(&self) -> impl Iterator<Item = (usize, &Held)> {
+        let near = self.region.faces.iter().take_while(|face| face.gap <= self.way);
+        near.enumerate()
+    }
+
+    /// The corners of a face (m).
+    fn simplex<'b>(&self, face: &'b Held) -> &'b [Vector3<f64>] {
+        &face.corners[..self.mesh.dimension()]
+    }
+
+    /// How a ball or a curved part touches.
+    fn touch(&self, power: f64) -> Touch {
+        let placed = Placed::new(self.part, self.pose);
+        let (nearest, overlapping) = match Beside::new(placed) {
+            Some(beside) => self.find(|face, best| {
+                let simplex = self.simplex(face);
+                if best > 0.0 {
+                    Some(beside.foot(simplex, &face.normal))
+                } else {
+                    beside.overlap(simplex, &face.normal)
+                }
+            }),
+            None => self.find(|face, _| Some(self.foot_of(self.simplex(face), &face.normal))),
+        };
+        if overlapping.count < 2 {
+            return self.single(&nearest);
         }
-        let nearest = self.nearest_face(region, part, pose).0;
-        let feet = polytope.corners.iter().filter_map(|corner| {
-            let ball = Part::ball(Vector3::zeros(), part.rounding);
-            let pose = Pose { place: side.at(corner), ..*pose };
-            let foot = self.nearest_face(region, &ball, &pose).0;
-            (foot.gap <= nearest.gap + SAME * part.radius).then_some(foot.place)
+        let mut patch = Patch::about(self.part.rounding, nearest.place, power);
+        for (k, face) in self.near() {
+            if overlapping.may(k as u32) {
+                add(&mut patch, &self.foot_of(self.simplex(face), &face.normal), 1.0);
+            }
+        }
+        self.add_borders(&overlapping, &mut patch, |simplex| {
+            self.foot_of(simplex, &Vector3::zeros())
         });
-        let place = mean(feet).unwrap_or(nearest.place);
-        single(&Foot { place, ..nearest }, part, pose)
+        self.whole(&patch).unwrap_or_else(|| self.single(&nearest))
     }
 
-    /// The foot of the nearest face of a region, and how many overlap with the part.
-    fn nearest_face(&self, region: &Region, part: &Part, pose: &Pose) -> (Foot, usize) {
-        let (mut best, mut touching) =
-            (Foot { gap: f64::INFINITY, up: Vector3::x(), place: pose.place }, 0);
-        let ball = matches!(part.core, Core::Point);
-        let middle = pose.place + pose.orientation * part.place;
-        for face in &region.faces {
-            let corners = &face.corners[..self.dimension()];
-            let foot = if ball {
-                foot_of_ball(&middle, part.rounding, corners, &face.normal)
-            } else {
-                foot(part, pose, corners, &face.normal)
-            };
-            touching += usize::from(foot.gap < 0.0);
+    fn foot_of(&self, simplex: &[Vector3<f64>], normal: &Vector3<f64>) -> Foot {
+        foot(self.part, self.pose, simplex, normal)
+    }
+
+    /// The foot of the nearest face, and which overlap. Those that are no nearer since they were
+    /// found are passed over, as are others of which `foot` knows that they are no nearer than
+    /// `best` (m).
+    fn find(&self, foot: impl Fn(&Held, f64) -> Option<Foot>) -> (Foot, Flags) {
+        let mut best = Foot { gap: f64::INFINITY, up: Vector3::x(), place: self.pose.place };
+        let mut overlapping = Flags::none();
+        for (k, face) in self.region.faces.iter().enumerate() {
+            let least = best.gap.max(0.0);
+            if face.gap - self.way > least {
+                break;
+            }
+            let Some(foot) = foot(face, least) else { continue };
+            if foot.gap < 0.0 {
+                overlapping.add(k);
+            }
             if foot.gap < best.gap {
                 best = foot;
             }
         }
-        (best, touching)
+        (best, overlapping)
     }
 
-    /// Adds the depths of faces, edges and corners by the signs of Euler's sum.
-    fn add_signed(
+    /// Adds the depths of edges and corners by the signs of Euler's sum.
+    fn add_borders(
         &self,
-        region: &Region,
+        overlapping: &Flags,
         patch: &mut Patch,
-        foot: impl Fn(&[Vector3<f64>], &Vector3<f64>) -> Foot,
+        foot: impl Fn(&[Vector3<f64>]) -> Foot,
     ) {
-        let mut add = |simplex: &[Vector3<f64>], normal: &Vector3<f64>, counts: f64| {
-            let foot = foot(simplex, normal);
-            patch.add(-foot.gap, &-foot.up, &foot.place, counts);
-        };
+        for Bound { corners, counts, faces, .. } in &self.region.edges {
+            if *counts != 0.0 && faces.iter().all(|k| overlapping.may(*k)) {
+                add(patch, &foot(&corners.map(|k| self.mesh.corner(k))), *counts);
+            }
+        }
+        for Bound { corners, counts, faces, .. } in &self.region.corners {
+            if *counts != 0.0 && faces.iter().all(|k| overlapping.may(*k)) {
+                add(patch, &foot(&[self.mesh.corner(*corners)]), *counts);
+            }
+        }
+    }
+
+    fn touch_polytope(&self, polytope: &Polytope) -> Touch {
+        let side = Placed::new(self.part, self.pose);
+        let mut patch = Patch::about(self.part.rounding, side.place, f64::from(POWER));
+        for corner in &polytope.corners {
+            self.add_corner(&side.at(corner), &mut patch);
+        }
+        self.add_sharp(polytope, &side, &mut patch);
+        self.whole(&patch).unwrap_or_else(|| self.beside_polytope(polytope, &side))
+    }
+
+    /// How a polytope is beside the region, of which nothing overlaps with it.
+    fn beside_polytope(&self, polytope: &Polytope, side: &Placed<'_>) -> Touch {
+        let rounding = self.part.rounding;
+        let (nearest, _) = self.find(|face, best| {
+            let simplex = self.simplex(face);
+            let (middle, reach) = around(simplex);
+            let back = side.orientation.inverse_transform_vector(&(middle - side.place));
+            let near = polytope.height(&back) - rounding - reach <= best;
+            near.then(|| polytope::foot(polytope, side, rounding, (simplex, &face.normal), true))
+        });
+        // The mean of all corners that are as near.
+        let least = nearest.gap + SAME * self.part.radius;
+        let feet = polytope.corners.iter().filter_map(|corner| {
+            let corner = side.at(corner);
+            let low = (corner - nearest.place).dot(&nearest.up) - rounding <= least;
+            let foot = |face: &Held, _| {
+                let none = Vector3::zeros();
+                Some(foot_of_ball(&corner, rounding, self.simplex(face), &none))
+            };
+            let foot = low.then(|| self.find(foot).0)?;
+            (foot.gap <= least).then_some(foot.place)
+        });
+        let place = mean(feet).unwrap_or(nearest.place);
+        self.single(&Foot { place, ..nearest })
+    }
+
+    /// Adds a corner of a polytope at a place (m), as a ball of its rounding: outside the solid by
+    /// its distance from each face, also from one behind which it lies, the far side of a tip or of
+    /// a thin wall; within it by its depth below the nearest face.
+    fn add_corner(&self, corner: &Vector3<f64>, patch: &mut Patch) {
+        let radius = self.part.rounding;
+        let above = |face: &Held| (corner - face.corners[0]).dot(&face.normal);
+        let (mut meets, mut below) = (false, false);
+        for height in self.near().map(|(_, face)| above(face)) {
+            meets |= height < radius;
+            below |= height < 0.0;
+        }
+        // Beyond the plane of every face it touches none.
+        if !meets {
+            return;
+        }
+        let within = below.then(|| self.face_above(corner)).flatten();
         let none = Vector3::zeros();
-        for face in &region.faces {
-            add(&face.corners[..self.dimension()], &face.normal, 1.0);
-        }
-        for (ends, counts) in &region.edges {
-            add(&ends.map(|k| self.corner(k)), &none, *counts);
-        }
-        for (corner, counts) in &region.corners {
-            add(&[self.corner(*corner)], &none, *counts);
-        }
-    }
-
-    /// Adds all pairs of features of a polytope and a region.
-    fn add_polytope(
-        &self,
-        region: &Region,
-        (part, pose, polytope): (&Part, &Pose, &Polytope),
-        side: &Placed<'_>,
-        patch: &mut Patch,
-    ) {
-        for corner in polytope.corners.iter().map(|corner| side.at(corner)) {
-            // Beyond the plane of every face it touches none.
-            let near = |face: &Held| (corner - face.corners[0]).dot(&face.normal) < part.rounding;
-            if region.faces.iter().any(near) {
-                self.add_signed(region, patch, |simplex, normal| {
-                    foot_of_ball(&corner, part.rounding, simplex, normal)
-                });
+        let mut overlapping = Flags::none();
+        for (k, face) in self.near() {
+            let holds = within.is_some_and(|within| within.corners == face.corners);
+            let normal = if holds { &face.normal } else { &none };
+            let foot = foot_of_ball(corner, radius, self.simplex(face), normal);
+            if foot.gap < 0.0 {
+                add(patch, &foot, 1.0);
+                overlapping.add(k);
             }
         }
-        for corner in &region.sharp_corners {
-            let foot = foot(part, pose, &[self.corner(*corner)], &Vector3::zeros());
-            patch.add(-foot.gap, &-foot.up, &foot.place, 1.0);
-        }
-        for sharp in &region.sharp_edges {
-            let other = sharp.map(|k| self.corner(k));
-            self.add_edges(polytope, part.rounding, side, &other, patch);
+        if overlapping.count > 0 {
+            self.add_borders(&overlapping, patch, |simplex| {
+                foot_of_ball(corner, radius, simplex, &none)
+            });
         }
     }
 
-    /// Adds the nearest points of the edges of a polytope and of a sharp edge.
-    fn add_edges(
-        &self,
-        polytope: &Polytope,
-        rounding: f64,
-        side: &Placed<'_>,
-        other: &[Vector3<f64>; 2],
-        patch: &mut Patch,
-    ) {
-        for face in &polytope.faces {
-            let n = face.corners.len();
-            for k in 0..n {
-                let [from, to] = [face.corners[k], face.corners[(k + 1) % n]];
-                // Every edge is one of two faces, once each way.
-                if from > to {
-                    continue;
-                }
-                let own = [from, to].map(|k| side.at(&polytope.corners[k as usize]));
-                let (e, f) = (own[1] - own[0], other[1] - other[0]);
-                let sine = e.cross(&f).norm_squared() / (e.norm_squared() * f.norm_squared());
-                let counts = sine / (sine + PARALLEL * PARALLEL);
-                if counts > 0.01 {
-                    let [x, y] = nearest_of(&own, other);
-                    let way = y - x;
-                    let distance = way.norm();
-                    if distance > 0.0 && distance < rounding {
-                        patch.add(rounding - distance, &(way / distance), &y, counts);
-                    }
+    /// The face of the solid that is nearest to a point, where that lies below it (m).
+    fn face_above(&self, point: &Vector3<f64>) -> Option<&Held> {
+        let mut best = (f64::INFINITY, 0.0, None);
+        for face in self.region.faces.iter().chain(&self.region.others) {
+            let foot = foot_of_ball(point, 0.0, self.simplex(face), &Vector3::zeros());
+            let height = (point - face.corners[0]).dot(&face.normal);
+            // Of several that share the nearest point the one that faces it most.
+            let same = (foot.gap - best.0).abs() <= 1e-12 * self.part.radius;
+            if foot.gap < best.0 && !same || same && height.abs() > f64::abs(best.1) {
+                best = (foot.gap, height, Some(face));
+            }
+        }
+        best.2.filter(|_| best.1 < 0.0)
+    }
+
+    /// Adds sharp corners of the surface with the polytope, and its edges with sharp edges.
+    fn add_sharp(&self, polytope: &Polytope, side: &Placed<'_>, patch: &mut Patch) {
+        let part = self.part;
+        let near = self.near().count() as u32;
+        let is_near = |faces: &[u32; 2]| faces[0] < near;
+        let sharp = self.region.corners.iter().filter(|corner| corner.sharp);
+        for corner in sharp.filter(|corner| is_near(&corner.faces)) {
+            let place = self.mesh.corner(corner.corners);
+            add(patch, &self.foot_of(&[place], &Vector3::zeros()), 1.0);
+        }
+        let sharp = self.region.edges.iter().filter(|edge| edge.sharp && is_near(&edge.faces));
+        for other in sharp.map(|edge| edge.corners.map(|k| self.mesh.corner(k))) {
+            for edge in &polytope.edges {
+                let own = edge.corners.map(|k| side.at(&polytope.corners[k as usize]));
+                let Some(counts) = weight_of_edges(&own, &other) else { continue };
+                let [x, y] = nearest_of_edges(&own, &other);
+                let way = y - x;
+                let distance = way.norm();
+                if distance > 0.0 && distance < part.rounding {
+                    patch.add(part.rounding - distance, &(way / distance), &y, counts);
                 }
             }
         }
     }
+}
+
+/// Adds the depth of a foot, that counts so many times.
+fn add(patch: &mut Patch, foot: &Foot, counts: f64) {
+    patch.add(-foot.gap, &-foot.up, &foot.place, counts);
 }

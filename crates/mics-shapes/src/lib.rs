@@ -13,6 +13,7 @@
 
 mod ball;
 mod balls;
+mod beside;
 mod clump;
 mod convex;
 mod disc;
@@ -20,6 +21,7 @@ mod distance;
 mod ellipse;
 mod ellipsoid;
 mod facets;
+mod flags;
 mod flat;
 mod ground;
 mod mesh;
@@ -30,6 +32,7 @@ mod patches;
 mod placed;
 mod polygon;
 mod polyhedron;
+mod polytope;
 mod region;
 mod scaled;
 #[cfg(test)]
@@ -47,7 +50,7 @@ pub use ellipse::Ellipse;
 pub use ellipsoid::Ellipsoid;
 pub use mesh::Mesh;
 pub use obstacle::{Obstacle, Room};
-pub use part::{Core, Face, Part, Polytope};
+pub use part::{Core, Edge, Face, Part, Polytope};
 pub use placed::{Closest, Pose};
 pub use polygon::Polygon;
 pub use polyhedron::Polyhedron;

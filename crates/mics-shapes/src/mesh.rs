@@ -119,10 +119,9 @@ impl Mesh {
         self.sharp[corner as usize]
     }
 
-    /// Calls `take` with the faces whose boxes lie within a distance (m) of a point (m), along the
-    /// axes.
-    pub(crate) fn near(&self, point: &Vector3<f64>, distance: f64, take: impl FnMut(u32)) {
-        let wide = Vector3::repeat(distance);
+    /// Calls `take` with the faces whose boxes lie within these distances (m) of a point (m), along
+    /// the axes.
+    pub(crate) fn near(&self, point: &Vector3<f64>, wide: &Vector3<f64>, take: impl FnMut(u32)) {
         let bounds = Aabb::new(place(&(point - wide)), place(&(point + wide)));
         self.tree.intersect_aabb(&bounds).for_each(take);
     }

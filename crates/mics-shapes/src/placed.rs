@@ -3,9 +3,6 @@
 use crate::part::{Core, Part};
 use nalgebra::{Rotation3, Vector3};
 
-/// Distance of cores, of the way between the parts' places, below which they overlap.
-pub(crate) const NONE: f64 = 1e-9;
-
 /// Where a body is and how it is turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
@@ -47,23 +44,16 @@ impl<'a> Placed<'a> {
         self.place + self.orientation * own
     }
 
-    /// The point that lies furthest along `n` (m), and its number among the corners of a polytope.
-    pub fn support(&self, n: &Vector3<f64>) -> (Vector3<f64>, u32) {
-        let own = self.orientation.inverse_transform_vector(n);
-        if let Core::Polytope(polytope) = self.core {
-            let mut best = (f64::NEG_INFINITY, 0);
-            for (k, corner) in polytope.corners.iter().enumerate() {
-                let along = corner.dot(&own);
-                if along > best.0 {
-                    best = (along, k);
-                }
-            }
-            return (self.at(&polytope.corners[best.1]), best.1 as u32);
-        }
-        (self.at(&self.core.support(&own)), 0)
+    /// The point that lies furthest along `n` (m).
+    pub fn support(&self, n: &Vector3<f64>) -> Vector3<f64> {
+        self.at(&self.core.support(&self.orientation.inverse_transform_vector(n)))
     }
 
-    pub fn is_smooth(&self) -> bool {
-        matches!(self.core, Core::Ellipsoid { .. } | Core::Superquadric { .. })
+    /// Thickness of the skin within the surface of a curved body (m); zero of others.
+    pub fn inset(&self) -> f64 {
+        match self.core {
+            Core::Ellipsoid { inset, .. } | Core::Superquadric { inset, .. } => *inset,
+            Core::Point | Core::Polytope(_) => 0.0,
+        }
     }
 }

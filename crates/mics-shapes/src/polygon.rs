@@ -134,10 +134,10 @@ impl Polygon {
             normal: Vector3::new(side.normal.x, side.normal.y, 0.0),
             corners: vec![k as u32, ((k + 1) % core.len()) as u32],
         };
-        let polytope = Polytope {
-            corners: core.iter().map(|corner| Vector3::new(corner.x, corner.y, 0.0)).collect(),
-            faces: flat.sides.iter().enumerate().map(face).collect(),
-        };
+        let polytope = Polytope::new(
+            core.iter().map(|corner| Vector3::new(corner.x, corner.y, 0.0)).collect(),
+            flat.sides.iter().enumerate().map(face).collect(),
+        );
         let core = Core::Polytope(polytope);
         self.parts =
             vec![Part { place: Vector3::zeros(), core, rounding: skin, radius: flat.radius }];

@@ -18,11 +18,11 @@
 //! saddles between them. D changes smoothly as the ball goes from one face to the next, also
 //! where these make a hollow.
 
-use crate::distance::closest;
-use crate::mesh::{Face, Mesh};
-use crate::part::{Core, Part, Polytope};
+use crate::beside::Beside;
+use crate::mesh::Mesh;
+use crate::part::{Core, Part};
 use crate::placed::{Placed, Pose};
-use crate::support::Beside;
+use crate::polytope;
 use nalgebra::{Rotation3, Vector3};
 
 /// Cosine of the angle between the directions to a part, or between the normals, up to which faces
@@ -33,12 +33,14 @@ const ALIKE: f64 = 0.866;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
     pub(crate) faces: Vec<Held>,
-    /// Edges and corners, and how often they count.
-    pub(crate) edges: Vec<([u32; 2], f64)>,
-    pub(crate) corners: Vec<(u32, f64)>,
-    /// The sharp ones, which may touch a face of a part.
-    pub(crate) sharp_edges: Vec<[u32; 2]>,
-    pub(crate) sharp_corners: Vec<u32>,
+    /// The faces of the other regions of the same part.
+    pub(crate) others: Vec<Held>,
+    /// What edges and corners count in the sum, and sharp ones, which may touch a face of a part.
+    pub(crate) edges: Vec<Bound<[u32; 2]>>,
+    pub(crate) corners: Vec<Bound<u32>>,
+    /// Where the middle of the part was (m), and how it was turned, when they were found.
+    middle: Vector3<f64>,
+    orientation: Rotation3<f64>,
 }
 
 /// A face of a region, at hand.
@@ -49,6 +51,36 @@ pub(crate) struct Held {
     pub normal: Vector3<f64>,
     /// The number that contacts know it by.
     pub origin: u32,
+    /// From it to the part when it was found (m).
+    pub gap: f64,
+}
+
+/// An edge or a corner of faces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bound<T> {
+    pub corners: T,
+    /// How often it counts.
+    pub counts: f64,
+    pub sharp: bool,
+    /// Two of the faces that have it, by their place among those of the region; none of another
+    /// region's. It overlaps only where both do.
+    pub faces: [u32; 2],
+}
+
+/// No face of the region.
+pub(crate) const ELSEWHERE: u32 = u32::MAX;
+
+impl Region {
+    /// How far no point of the part is from where it was when the faces were found (m).
+    pub(crate) fn way(&self, part: &Part, pose: &Pose) -> f64 {
+        let way = (pose.place + pose.orientation * part.place - self.middle).norm();
+        if part.core == Core::Point {
+            return way * (1.0 + 1e-9);
+        }
+        // The norm of the difference of two rotations is sqrt(2) times how far it moves a point.
+        let turned = (pose.orientation.matrix() - self.orientation.matrix()).norm();
+        (way + part.radius * turned * std::f64::consts::FRAC_1_SQRT_2) * (1.0 + 1e-9)
+    }
 }
 
 /// Regions, and the room of those that were.
@@ -65,11 +97,11 @@ struct Scratch {
     near: Vec<(f64, Vector3<f64>, u32)>,
     /// Of each region, of its nearest face, the direction to the part and the normal.
     seeds: Vec<[Vector3<f64>; 2]>,
-    of: Vec<u32>,
-    /// Edges with their regions, and whether they are sharp.
-    edges: Vec<([u32; 2], u32, bool)>,
-    /// Corners with their regions and how often they count.
-    corners: Vec<(u32, u32, i32)>,
+    /// Of each face, its region and its place there.
+    of: Vec<[u32; 2]>,
+    /// Edges and corners of faces, with their regions.
+    edges: Vec<(u32, Bound<[u32; 2]>)>,
+    corners: Vec<(u32, Bound<u32>)>,
 }
 
 impl Regions {
@@ -88,13 +120,11 @@ impl Regions {
         if self.count == self.all.len() {
             self.all.push(Region::default());
         }
-        let Region { faces, edges, corners, sharp_edges, sharp_corners } =
-            &mut self.all[self.count];
+        let Region { faces, others, edges, corners, .. } = &mut self.all[self.count];
         faces.clear();
+        others.clear();
         edges.clear();
         corners.clear();
-        sharp_edges.clear();
-        sharp_corners.clear();
         self.count += 1;
     }
 }
@@ -117,23 +147,40 @@ pub(crate) fn foot(
     simplex: &[Vector3<f64>],
     normal: &Vector3<f64>,
 ) -> Foot {
-    let middle = pose.place + pose.orientation * part.place;
-    if matches!(part.core, Core::Point) {
-        return foot_of_ball(&middle, part.rounding, simplex, normal);
+    let placed = Placed::new(part, pose);
+    match &part.core {
+        Core::Polytope(polytope) => {
+            polytope::foot(polytope, &placed, part.rounding, (simplex, normal), false)
+        }
+        _ => match Beside::new(placed) {
+            Some(beside) => beside.foot(simplex, normal),
+            None => foot_of_ball(&placed.place, part.rounding, simplex, normal),
+        },
     }
-    if let Core::Ellipsoid { half, .. } = &part.core {
-        let placed = Placed::new(part, pose);
-        return foot_of_ellipsoid(&Beside { placed: &placed, half }, simplex, normal);
-    }
-    let core = Core::Polytope(Polytope { corners: simplex.to_vec(), faces: Vec::new() });
-    let other = Part { place: Vector3::zeros(), core, rounding: 0.0, radius: 0.0 };
-    let identity = Pose { place: Vector3::zeros(), orientation: Rotation3::identity() };
-    let guess = nearest(simplex, &middle) - middle;
-    match closest(part, pose, &other, &identity, &guess) {
-        Some(found) => Foot { gap: found.distance, up: -found.normal, place: found.points[1] },
-        // Cores that overlap: as deep as the skin is thick.
-        None => Foot { gap: -part.rounding, up: *normal, place: nearest(simplex, &middle) },
-    }
+}
+
+/// The least that the gap of a part to a face of these corners can be (m).
+fn least_gap(part: &Part, placed: &Placed<'_>, corners: &[Vector3<f64>]) -> f64 {
+    let (middle, reach) = around(corners);
+    let gap = match &part.core {
+        Core::Polytope(polytope) => {
+            let back = placed.orientation.inverse_transform_vector(&(middle - placed.place));
+            polytope.height(&back) - part.rounding
+        }
+        _ => match Beside::new(*placed) {
+            Some(beside) => beside.foot(&[middle], &Vector3::zeros()).gap,
+            None => (middle - placed.place).norm() - part.rounding,
+        },
+    };
+    gap - reach
+}
+
+/// The middle of some corners (m), and how far they are from it at most, or a little further (m).
+pub(crate) fn around(corners: &[Vector3<f64>]) -> (Vector3<f64>, f64) {
+    let middle = corners.iter().sum::<Vector3<f64>>() / corners.len() as f64;
+    let square = |corner: &Vector3<f64>| (corner - middle).norm_squared();
+    let reach = corners.iter().map(square).fold(0.0, f64::max).sqrt();
+    (middle, reach * (1.0 + 1e-9))
 }
 
 /// The same of a ball about a place (m).
@@ -154,51 +201,9 @@ pub(crate) fn foot_of_ball(
     Foot { gap: distance - radius, up: way / distance, place }
 }
 
-/// The same of an ellipsoid: the least signed distance from it.
-fn foot_of_ellipsoid(own: &Beside<'_>, simplex: &[Vector3<f64>], normal: &Vector3<f64>) -> Foot {
-    let corner = |place: &Vector3<f64>| {
-        let (gap, up) = own.corner(place);
-        Foot { gap, up, place: *place }
-    };
-    match simplex {
-        [a, b, c] => {
-            let lowest = own.furthest(&-normal);
-            let gap = (lowest - a).dot(normal);
-            let place = lowest - gap * normal;
-            let edges = [[*a, *b], [*b, *c], [*c, *a]];
-            let beyond = |edge: &&[Vector3<f64>; 2]| {
-                normal.cross(&(edge[1] - edge[0])).dot(&(place - edge[0])) < 0.0
-            };
-            let feet = edges.iter().filter(beyond).map(|edge| foot_of_ellipsoid(own, edge, normal));
-            let nearest = feet.min_by(|one, other| one.gap.total_cmp(&other.gap));
-            nearest.unwrap_or(Foot { gap, up: *normal, place })
-        }
-        [a, b] => {
-            let length = (b - a).norm();
-            let along = (b - a) / length;
-            let line = if own.half.z == 0.0 {
-                let lowest = own.furthest(&-normal);
-                Some(((lowest - a).dot(normal), *normal, (lowest - a).dot(&along)))
-            } else {
-                let middle = a + 0.5 * length * along - own.placed.place;
-                let known = normal.norm_squared() > 0.0;
-                own.line(a, &along, &if known { -normal } else { middle })
-            };
-            match line {
-                Some((gap, up, foot)) if foot > 0.0 && foot < length => {
-                    Foot { gap, up, place: a + foot * along }
-                }
-                Some((.., foot)) if foot >= length => corner(b),
-                _ => corner(a),
-            }
-        }
-        _ => corner(&simplex[0]),
-    }
-}
-
 /// The point of a corner, a segment or a triangle that is nearest to another one (m).
 #[inline]
-fn nearest(simplex: &[Vector3<f64>], point: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn nearest(simplex: &[Vector3<f64>], point: &Vector3<f64>) -> Vector3<f64> {
     match simplex {
         [a, b] => nearest_of_segment(a, b, point),
         [a, b, c] => nearest_of_triangle([a, b, c], point),
@@ -206,7 +211,11 @@ fn nearest(simplex: &[Vector3<f64>], point: &Vector3<f64>) -> Vector3<f64> {
     }
 }
 
-fn nearest_of_segment(a: &Vector3<f64>, b: &Vector3<f64>, point: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn nearest_of_segment(
+    a: &Vector3<f64>,
+    b: &Vector3<f64>,
+    point: &Vector3<f64>,
+) -> Vector3<f64> {
     let edge = b - a;
     let part = (point - a).dot(&edge) / edge.norm_squared();
     if part <= 0.0 {
@@ -259,22 +268,31 @@ impl Mesh {
         let mut scratch = std::mem::take(&mut regions.scratch);
         self.find_near(part, pose, reach, &mut scratch);
         let Scratch { near, seeds, of, .. } = &mut scratch;
-        for (_, up, face) in near.iter() {
-            let own = [*up, self.face(*face).normal];
+        for (gap, up, k) in near.iter() {
+            let face = self.face(*k);
+            let own = [*up, face.normal];
             let alike = |seed: &[Vector3<f64>; 2]| (0..2).any(|k| seed[k].dot(&own[k]) >= ALIKE);
             let known = seeds.iter().position(alike);
-            let k = known.unwrap_or(seeds.len());
             if known.is_none() {
                 seeds.push(own);
                 regions.push();
             }
-            let (corners, Face { normal, origin, .. }) =
-                (self.corners_of(*face), *self.face(*face));
-            regions.all[begin + k].faces.push(Held { corners, normal, origin });
-            of.push(k as u32);
+            let region = known.unwrap_or(seeds.len() - 1);
+            let faces = &mut regions.all[begin + region].faces;
+            of.push([region as u32, faces.len() as u32]);
+            let (corners, gap) = (self.corners_of(*k), *gap);
+            faces.push(Held { corners, normal: face.normal, origin: face.origin, gap });
         }
+        let found = &mut regions.all[begin..regions.count];
         if near.len() > 1 || part.core != Core::Point {
-            self.find_edges(&mut scratch, &mut regions.all[begin..regions.count]);
+            self.find_edges(&mut scratch, found);
+        }
+        for k in 0..found.len() {
+            found[k].middle = pose.place + pose.orientation * part.place;
+            found[k].orientation = pose.orientation;
+            if matches!(part.core, Core::Polytope(_)) {
+                add_others(found, k);
+            }
         }
         regions.scratch = scratch;
         begin..regions.count
@@ -286,33 +304,54 @@ impl Mesh {
         near.clear();
         seeds.clear();
         of.clear();
-        let middle = pose.place + pose.orientation * part.place;
-        let before = self.before(&middle, part.radius + reach);
-        self.near(&middle, part.radius + reach, |k| {
+        let placed = Placed::new(part, pose);
+        let (middle, widest) = (placed.place, part.radius + reach);
+        let before = std::cell::OnceCell::new();
+        self.near(&middle, &self.extents(part, &placed, reach), |k| {
             let (face, corners) = (self.face(k), self.corners_of(k));
             let height = (middle - corners[0]).dot(&face.normal);
-            if height < -reach || height > part.radius + reach {
+            if height < -reach || height > widest {
                 return;
             }
             let corners = &corners[..self.dimension()];
-            if height < 0.0 && (middle - nearest(corners, &middle)).norm() > before {
-                return;
+            // The far side of a thin wall.
+            if height < 0.0 {
+                let before = *before.get_or_init(|| self.before(&middle, widest));
+                if (middle - nearest(corners, &middle)).norm() > before {
+                    return;
+                }
             }
             // As with walls of the box, the sphere about a part is in reach or not.
             let sphere = foot_of_ball(&middle, part.radius, corners, &face.normal);
-            if sphere.gap <= reach {
-                let foot = foot(part, pose, corners, &face.normal);
+            let ball = part.core == Core::Point;
+            if sphere.gap > reach || !ball && least_gap(part, &placed, corners) > reach {
+                return;
+            }
+            let foot = foot(part, pose, corners, &face.normal);
+            if foot.gap <= reach {
                 near.push((foot.gap, foot.up, k));
             }
         });
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
     }
 
+    /// How far along each axis faces may be from the middle of a part that are within `reach` (m).
+    fn extents(&self, part: &Part, placed: &Placed<'_>, reach: f64) -> Vector3<f64> {
+        if part.core == Core::Point {
+            return Vector3::repeat(part.radius + reach);
+        }
+        Vector3::from_fn(|a, _| {
+            let axis = Vector3::ith(a, 1.0);
+            let along = [axis, -axis].map(|n| (placed.support(&n) - placed.place).dot(&n));
+            along[0].max(along[1]) + part.rounding + reach
+        })
+    }
+
     /// How far a point is from the nearest face that it lies in front of (m), if that is within a
     /// distance (m). A face that it lies behind and that is farther is the far side of a thin wall.
     fn before(&self, point: &Vector3<f64>, within: f64) -> f64 {
         let mut least = f64::INFINITY;
-        self.near(point, within, |k| {
+        self.near(point, &Vector3::repeat(within), |k| {
             let (face, corners) = (self.face(k), self.corners_of(k));
             if (point - corners[0]).dot(&face.normal) >= 0.0 {
                 let at = nearest(&corners[..self.dimension()], point);
@@ -328,43 +367,33 @@ impl Mesh {
         let Scratch { near, of, edges, corners, .. } = scratch;
         edges.clear();
         corners.clear();
-        for ((_, _, face), region) in near.iter().zip(of.iter()) {
-            let face = self.face(*face);
+        for ((.., face), [region, place]) in near.iter().zip(of.iter()) {
+            let (face, faces) = (self.face(*face), [*place, ELSEWHERE]);
             // Those of a segment are its edges, as of a triangle.
-            let sign = if self.dimension() == 2 { -1 } else { 1 };
+            let counts = if self.dimension() == 2 { -1.0 } else { 1.0 };
             for k in 0..self.dimension() {
                 let [a, b] = [face.corners[k], face.corners[(k + 1) % 3]];
-                corners.push((a, *region, sign));
+                let sharp = self.is_sharp(a);
+                corners.push((*region, Bound { corners: a, counts, sharp, faces }));
                 if self.dimension() == 3 {
-                    edges.push(([a.min(b), a.max(b)], *region, face.sharp[k]));
+                    let (ends, sharp) = ([a.min(b), a.max(b)], face.sharp[k]);
+                    edges.push((*region, Bound { corners: ends, counts: -1.0, sharp, faces }));
                 }
             }
         }
-        edges.sort_unstable_by_key(|edge| (edge.0, edge.1));
-        for group in edges.chunk_by(|one, other| one.0 == other.0) {
-            let (ends, first, _) = group[0];
-            let counts = 1.0 - group.len() as f64;
-            let region = &mut regions[first as usize];
-            if counts != 0.0 {
-                region.edges.push((ends, counts));
+        count(edges, |region, edge| {
+            if edge.counts != 0.0 || edge.sharp {
+                regions[region as usize].edges.push(edge);
             }
-            if group.iter().any(|edge| edge.2) {
-                region.sharp_edges.push(ends);
+            let faces = [ELSEWHERE; 2];
+            let of = |corner| Bound { corners: corner, sharp: false, counts: -1.0, faces };
+            corners.extend(edge.corners.map(|corner| (u32::MAX, of(corner))));
+        });
+        count(corners, |region, corner| {
+            if corner.counts != 0.0 || corner.sharp {
+                regions[region as usize].corners.push(corner);
             }
-            corners.extend(ends.map(|corner| (corner, u32::MAX, -1)));
-        }
-        corners.sort_unstable_by_key(|corner| (corner.0, corner.1));
-        for group in corners.chunk_by(|one, other| one.0 == other.0) {
-            let (corner, first, _) = group[0];
-            let counts = 1 + group.iter().map(|(_, _, counts)| counts).sum::<i32>();
-            let region = &mut regions[first as usize];
-            if counts != 0 {
-                region.corners.push((corner, f64::from(counts)));
-            }
-            if self.is_sharp(corner) {
-                region.sharp_corners.push(corner);
-            }
-        }
+        });
     }
 
     /// The number by which contacts know the nearest face of a region.
@@ -390,14 +419,20 @@ impl Mesh {
     /// most `most` (m) from the part's place, and the direction to there; in the axes of the
     /// surface.
     pub(crate) fn gap(&self, part: &Part, pose: &Pose, most: f64) -> Option<(Vector3<f64>, f64)> {
-        let middle = pose.place + pose.orientation * part.place;
+        let placed = Placed::new(part, pose);
+        let middle = placed.place;
         let mut best: Option<Foot> = None;
-        let before = self.before(&middle, most * (1.0 + 1e-9));
-        self.near(&middle, most * (1.0 + 1e-9), |k| {
+        let within = most * (1.0 + 1e-9);
+        let before = self.before(&middle, within);
+        self.near(&middle, &Vector3::repeat(within), |k| {
             let (face, corners) = (self.face(k), self.corners_of(k));
             let (height, corners) =
                 ((middle - corners[0]).dot(&face.normal), &corners[..self.dimension()]);
             if height < 0.0 && (middle - nearest(corners, &middle)).norm() > before {
+                return;
+            }
+            let known = best.filter(|_| part.core != Core::Point);
+            if known.is_some_and(|best| least_gap(part, &placed, corners) > best.gap) {
                 return;
             }
             let foot = foot(part, pose, corners, &face.normal);
@@ -407,4 +442,26 @@ impl Mesh {
         });
         best.map(|foot| (-foot.up, foot.gap))
     }
+}
+
+/// Calls with each edge or corner once, in the first of its regions, with what all of them count.
+fn count<T: Copy + Ord>(all: &mut [(u32, Bound<T>)], mut take: impl FnMut(u32, Bound<T>)) {
+    all.sort_unstable_by_key(|(region, one)| (one.corners, *region));
+    for group in all.chunk_by(|one, other| one.1.corners == other.1.corners) {
+        let (region, first) = group[0];
+        let counts = 1.0 + group.iter().map(|(_, one)| one.counts).sum::<f64>();
+        let sharp = group.iter().any(|(_, one)| one.sharp);
+        let second = group.get(1).filter(|(other, _)| *other == region);
+        let faces = [first.faces[0], second.map_or(ELSEWHERE, |(_, one)| one.faces[0])];
+        take(region, Bound { counts, sharp, faces, ..first });
+    }
+}
+
+/// Gives a region the faces of the others.
+fn add_others(regions: &mut [Region], k: usize) {
+    let mut others = std::mem::take(&mut regions[k].others);
+    for (_, other) in regions.iter().enumerate().filter(|(other, _)| *other != k) {
+        others.extend_from_slice(&other.faces);
+    }
+    regions[k].others = others;
 }

@@ -1,6 +1,6 @@
 //! A shape at another size: bodies of many sizes share what one of them has been built of.
 
-use super::{Core, Face, Geometry, Nearest, Part, Patch, Polytope};
+use super::{Core, Geometry, Nearest, Part, Patch, Polytope};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 
@@ -34,10 +34,10 @@ fn scaled_part(part: &Part, factor: f64) -> Part {
         Core::Superquadric { half, exponents, inset } => {
             Core::Superquadric { half: factor * half, exponents: *exponents, inset: factor * inset }
         }
-        Core::Polytope(Polytope { corners, faces }) => Core::Polytope(Polytope {
-            corners: corners.iter().map(|corner| factor * corner).collect(),
-            faces: faces.iter().map(Face::clone).collect(),
-        }),
+        Core::Polytope(Polytope { corners, faces, .. }) => Core::Polytope(Polytope::new(
+            corners.iter().map(|corner| factor * corner).collect(),
+            faces.clone(),
+        )),
     };
     Part {
         place: factor * part.place,

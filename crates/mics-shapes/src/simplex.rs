@@ -1,31 +1,35 @@
-//! The point of a simplex that is nearest to the origin: what the distance algorithm of Gilbert,
-//! Johnson and Keerthi (1988, doi 10.1109/56.2083) asks for in each iteration.
+//! About where two convex cores are nearest, by the algorithm of Gilbert, Johnson and Keerthi (1988,
+//! doi 10.1109/56.2083): in each iteration the point of a simplex that is nearest to the origin.
 //!
 //! ```text
 //!   v = sum l_k w_k,  sum l_k = 1,  l_k >= 0      w = b - a, of support points of both bodies
 //! ```
 
+use crate::placed::Placed;
+use crate::smooth::NONE;
 use nalgebra::{Matrix3, Vector3};
+
+/// Most iterations, and the part of the distance to which it is found.
+const MOST: usize = 100;
+const TOLERANCE: f64 = 1e-6;
 
 /// A corner: the support points of both bodies, and the numbers of the corners that they are.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Corner {
+struct Corner {
     /// Of the first and the second body (m).
-    pub points: [Vector3<f64>; 2],
-    /// Of polytopes; 0 of others.
-    pub numbers: [u32; 2],
+    points: [Vector3<f64>; 2],
 }
 
 impl Corner {
     /// From the first to the second (m).
-    pub fn way(&self) -> Vector3<f64> {
+    fn way(&self) -> Vector3<f64> {
         self.points[1] - self.points[0]
     }
 }
 
 /// Up to four corners, and the weights of the point nearest to the origin.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Simplex {
+struct Simplex {
     corners: [Corner; 4],
     weights: [f64; 4],
     count: usize,
@@ -33,22 +37,17 @@ pub(crate) struct Simplex {
 
 impl Simplex {
     /// Its corners, with their weights.
-    pub fn corners(&self) -> impl Iterator<Item = (&Corner, f64)> {
+    fn corners(&self) -> impl Iterator<Item = (&Corner, f64)> {
         self.corners[..self.count].iter().zip(self.weights)
     }
 
-    /// Whether it has a corner of these numbers.
-    pub fn contains(&self, numbers: [u32; 2]) -> bool {
-        self.corners().any(|(corner, _)| corner.numbers == numbers)
-    }
-
     /// The nearest points of both bodies (m).
-    pub fn points(&self) -> [Vector3<f64>; 2] {
+    fn points(&self) -> [Vector3<f64>; 2] {
         [0, 1].map(|k| self.corners().map(|(corner, weight)| weight * corner.points[k]).sum())
     }
 
     /// Adds a corner, keeps those that the nearest point needs, and returns that (m).
-    pub fn add(&mut self, corner: Corner) -> Vector3<f64> {
+    fn add(&mut self, corner: Corner) -> Vector3<f64> {
         let mut all = self.corners;
         all[self.count] = corner;
         let newest = 1usize << self.count;
@@ -102,25 +101,26 @@ fn project(all: &[Corner; 4], set: usize) -> Option<(Vector3<f64>, Simplex)> {
     Some((point, chosen))
 }
 
-/// Up to two directions of length 1, normal to each other.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Directions(pub [Vector3<f64>; 2]);
-
-impl Directions {
-    pub fn of(ways: impl Iterator<Item = Vector3<f64>>) -> Directions {
-        let (mut all, mut count) = (Directions::default(), 0);
-        for way in ways {
-            let across = all.across(&all.across(&way));
-            if count < 2 && across.norm() > 1e-10 * way.norm() {
-                all.0[count] = across.normalize();
-                count += 1;
-            }
+/// Where two cores are nearest (m), about; `way` is a direction from the first to the second. `None`
+/// where they overlap.
+pub(crate) fn search(cores: &[Placed<'_>; 2], way: &Vector3<f64>) -> Option<[Vector3<f64>; 2]> {
+    let (mut simplex, mut way, mut length) = (Simplex::default(), *way, f64::INFINITY);
+    for _ in 0..MOST {
+        let corner = Corner { points: [cores[0].support(&way), cores[1].support(&-way)] };
+        if length.is_finite() && length - corner.way().dot(&way) <= TOLERANCE * length {
+            break;
         }
-        all
+        let mut next = simplex;
+        let nearest = next.add(corner).norm();
+        if nearest <= NONE * corner.way().norm() {
+            return None;
+        }
+        // Rounding: it comes no nearer.
+        if nearest >= length * (1.0 - 1e-15) {
+            break;
+        }
+        (simplex, length) = (next, nearest);
+        way = { let [x, y] = simplex.points(); y - x } / length;
     }
-
-    /// The part of a vector across them.
-    pub fn across(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        v - self.0.iter().map(|d| v.dot(d) * d).sum::<Vector3<f64>>()
-    }
+    length.is_finite().then(|| simplex.points())
 }

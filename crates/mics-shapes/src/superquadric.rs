@@ -38,15 +38,46 @@ pub struct Superquadric {
 
 /// Its surface.
 #[derive(Clone, Copy, Debug)]
-struct Surface {
+pub(crate) struct Surface {
     half: Vector3<f64>,
     p: f64,
     q: f64,
 }
 
 impl Surface {
+    /// With these half axes (m) and the exponents p and q.
+    pub(crate) fn new(half: Vector3<f64>, [p, q]: [f64; 2]) -> Surface {
+        Surface { half, p, q }
+    }
+
+    /// The point that lies furthest in the direction `n` (m): by Hoelder's inequality, with the
+    /// dual exponents `p' = p/(p - 1)`, `q' = q/(q - 1)` of the direction scaled by the half axes.
+    pub(crate) fn support(&self, n: &Vector3<f64>) -> Vector3<f64> {
+        let w = self.half.component_mul(n);
+        // In the section: the unit vector of the q norm along which w is largest, and that value.
+        let (dual_p, dual_q) = (self.p / (self.p - 1.0), self.q / (self.q - 1.0));
+        let power = |x: f64, e: f64| x.abs().powf(e).copysign(x);
+        let section = (w.x.abs().powf(dual_q) + w.y.abs().powf(dual_q)).powf(1.0 / dual_q);
+        let whole = (section.powf(dual_p) + w.z.abs().powf(dual_p)).powf(1.0 / dual_p);
+        let (rho, z) = (power(section / whole, dual_p - 1.0), power(w.z / whole, dual_p - 1.0));
+        let along =
+            |x: f64| if section > 0.0 { rho * power(x / section, dual_q - 1.0) } else { 0.0 };
+        self.half.component_mul(&Vector3::new(along(w.x), along(w.y), z))
+    }
+
+    /// Radius of the ball about the middle that touches it from within (m).
+    pub(crate) fn inner(&self) -> f64 {
+        self.half.min()
+    }
+
+    /// Mean of both radii of curvature where its normal is `n` (m).
+    pub(crate) fn radius(&self, n: &Vector3<f64>) -> f64 {
+        let own = in_plane(n, &self.bend(&self.support(n)).1).0;
+        0.5 * own.trace() / own.determinant()
+    }
+
     /// The factor by which a point is further out than the surface.
-    fn scale(&self, x: &Vector3<f64>) -> f64 {
+    pub(crate) fn scale(&self, x: &Vector3<f64>) -> f64 {
         let x = x.component_div(&self.half).abs();
         // By the largest one, so that high powers do not vanish.
         let most = x.amax();
@@ -59,7 +90,7 @@ impl Surface {
     }
 
     /// Outward normal at a point of the surface and the curvatures there (1/m).
-    fn bend(&self, x: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+    pub(crate) fn bend(&self, x: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
         let (p, q) = (self.p, self.q);
         let at = x.component_div(&self.half);
         let part = at.abs();
@@ -96,9 +127,8 @@ impl Surface {
 
     /// Largest curvature over directions (1/m).
     fn sharpest(&self) -> f64 {
-        let core = Core::Superquadric { half: self.half, exponents: [self.p, self.q], inset: 0.0 };
         let bend = |n: Vector3<f64>| {
-            let (n, bend) = self.bend(&core.support(&n));
+            let (n, bend) = self.bend(&self.support(&n));
             let (own, _) = in_plane(&n, &bend);
             own.symmetric_eigenvalues().max()
         };
@@ -112,16 +142,20 @@ impl Surface {
     }
 
     /// The nearest point of the surface, from one that is near that.
-    fn foot(&self, point: &Vector3<f64>, from: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    pub(crate) fn foot(
+        &self,
+        point: &Vector3<f64>,
+        from: &Vector3<f64>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let onto = |x: Vector3<f64>| x / self.scale(&x).max(1e-300);
         let mut x = onto(*from);
         let (mut n, mut bend) = self.bend(&x);
-        for _ in 0..20 {
+        for _ in 0..30 {
             let rest = point - x;
             let s = rest.dot(&n);
             let (own, [u, v]) = in_plane(&n, &bend);
             let across = Vector2::new(rest.dot(&u), rest.dot(&v));
-            if across.norm() < 1e-8 * self.half.max() {
+            if across.norm() < 1e-9 * self.half.max() {
                 break;
             }
             // Deeper than the centre of curvature there is no nearest point.
@@ -136,7 +170,7 @@ impl Surface {
                     break Some(next);
                 }
                 part *= 0.5;
-                if part < 0.01 {
+                if part < 1e-3 {
                     break None;
                 }
             };
@@ -171,7 +205,7 @@ impl Superquadric {
             return Err(Fault(format!("the exponent {e} of the superquadric is not from 2 to 20")));
         }
         let (half, [p, q]) = (0.5 * Vector3::from(axes), exponents);
-        let surface = Surface { half, p, q };
+        let surface = Surface::new(half, exponents);
         let (volume, inertia) = moments(&half, p, q);
         let facets = touching(&surface, volume);
         let inset = skin(half.min(), 0.9 / surface.sharpest());
@@ -206,8 +240,7 @@ fn moments(half: &Vector3<f64>, p: f64, q: f64) -> (f64, Matrix3<f64>) {
 /// A polyhedron of faces that touch it, spread evenly over places and over directions, shrunk to
 /// this volume (m3).
 fn touching(surface: &Surface, volume: f64) -> Facets {
-    let Surface { half, p, q } = *surface;
-    let core = Core::Superquadric { half, exponents: [p, q], inset: 0.0 };
+    let half = surface.half;
     let axes = (0..6).map(|k| Vector3::ith(k % 3, if k < 3 { 1.0 } else { -1.0 }));
     let even = patches::directions(FACES).map(|(n, _)| n);
     let places = patches::directions(FACES).map(|(n, _)| {
@@ -216,7 +249,7 @@ fn touching(surface: &Surface, volume: f64) -> Facets {
     });
     let normals: Vec<Vector3<f64>> = axes.chain(even).chain(places).collect();
     let planes: Vec<(Vector3<f64>, f64)> =
-        normals.iter().map(|n| (*n, n.dot(&core.support(n)))).collect();
+        normals.iter().map(|n| (*n, n.dot(&surface.support(n)))).collect();
     let body = |factor: f64| {
         let mut body = Convex::with_capacity(2 * planes.len() + 8);
         body.set_box(&Vector3::zeros(), &[0, 1, 2].map(|a| Vector3::ith(a, 2.0 * half.max())));
@@ -274,8 +307,7 @@ impl Geometry for Superquadric {
     }
 
     fn extent(&self, n: &Vector3<f64>) -> f64 {
-        let Surface { half, p, q } = self.surface;
-        Core::Superquadric { half, exponents: [p, q], inset: 0.0 }.support(n).dot(n)
+        self.surface.support(n).dot(n)
     }
 
     /// Of second order, see the top; the whole volume is exact.

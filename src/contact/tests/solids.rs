@@ -79,10 +79,8 @@ fn polygon(corners: usize, half: [f64; 2], turn: f64, rounding: f64) -> Core {
     };
     let face =
         |k: usize| Face { normal: normal(k), corners: vec![k as u32, ((k + 1) % corners) as u32] };
-    Core::Polytope(Polytope {
-        corners: (0..corners).map(inner).collect(),
-        faces: (0..corners).map(face).collect(),
-    })
+    let faces = (0..corners).map(face).collect();
+    Core::Polytope(Polytope::new((0..corners).map(inner).collect(), faces))
 }
 
 /// A rectangle with these half edges.
@@ -118,17 +116,6 @@ pub fn ellipse(half: [f64; 2], inset: f64) -> Parts {
         parts: single(core, inset, a.max(b)),
         volume: PI * a * b,
         inertia: moments([a, b, 0.0], 0.25),
-    }
-}
-
-pub fn squircle(half: [f64; 2], inset: f64) -> Parts {
-    let [a, b] = half;
-    let core = Core::Superquadric { half: vector![a, b, 0.0], exponents: [6.0, 6.0], inset };
-    Parts {
-        dimension: 2,
-        parts: single(core, inset, a.hypot(b)),
-        volume: 3.7 * a * b,
-        inertia: moments([a, b, 0.0], 0.31),
     }
 }
 
@@ -169,7 +156,7 @@ pub fn cuboid(half: [f64; 3], rounding: f64) -> Parts {
         (Vector3::z(), [4, 5, 7, 6]),
     ];
     let faces = faces.map(|(normal, corners)| Face { normal, corners: corners.to_vec() });
-    let core = Core::Polytope(Polytope { corners: corners.collect(), faces: faces.to_vec() });
+    let core = Core::Polytope(Polytope::new(corners.collect(), faces.to_vec()));
     Parts {
         dimension: 3,
         parts: single(core, rounding, Vector3::from(half).norm()),
@@ -205,7 +192,6 @@ pub fn all(dimension: usize) -> Vec<(&'static str, Parts)> {
         return vec![
             ("rectangle", rectangle([r, 0.6 * r], 0.04 * r)),
             ("ellipse", ellipse([r, 0.6 * r], 0.05 * r)),
-            ("superquadric", squircle([r, 0.8 * r], 0.03 * r)),
             ("clump", clump(2, 0.5 * r, 3, 0.6 * r)),
             ("polygon", pentagon(r)),
         ];

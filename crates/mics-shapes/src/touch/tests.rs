@@ -1,6 +1,8 @@
 //! Distances and patches of two parts, beside closed forms and beside each other.
 
 use super::*;
+use crate::closest;
+use crate::part::{Face, Polytope};
 use nalgebra::Rotation3;
 
 /// Numbers in [-1, 1), the same every time.
@@ -34,7 +36,7 @@ fn cuboid(half: [f64; 3], rounding: f64) -> Part {
         let normals = [-Vector3::y(), Vector3::x(), Vector3::y(), -Vector3::x()];
         let faces = (0..4)
             .map(|k| Face { normal: normals[k], corners: vec![k as u32, (k as u32 + 1) % 4] });
-        Polytope { corners, faces: faces.collect() }
+        Polytope::new(corners, faces.collect())
     } else {
         let sign = |bit: usize| if bit == 1 { 1.0 } else { -1.0 };
         let corners = (0..8).map(|k| at(sign(k & 1), sign(k >> 1 & 1), sign(k >> 2 & 1)));
@@ -47,7 +49,7 @@ fn cuboid(half: [f64; 3], rounding: f64) -> Part {
             (Vector3::z(), [4, 5, 7, 6]),
         ];
         let faces = faces.map(|(normal, corners)| Face { normal, corners: corners.to_vec() });
-        Polytope { corners: corners.collect(), faces: faces.to_vec() }
+        Polytope::new(corners.collect(), faces.to_vec())
     };
     let radius = inner.norm() + rounding;
     Part { place: Vector3::zeros(), core: Core::Polytope(polytope), rounding, radius }
@@ -81,8 +83,11 @@ fn shapes(flat: bool) -> Vec<Part> {
         ball(0.3),
         cuboid([0.5, 0.3, 0.4 * z], 0.02),
         ellipsoid([0.5, 0.3, 0.4 * z]),
-        superquadric([0.5, 0.4, 0.3 * z], [8.0, 8.0]),
     ];
+    // In 2D there are none.
+    if !flat {
+        all.push(superquadric([0.5, 0.4, 0.3], [8.0, 8.0]));
+    }
     all[0].place = Vector3::new(0.1, 0.2, 0.1 * z);
     all
 }
@@ -112,7 +117,8 @@ fn distance_of_all_pairs_is_largest_along_its_normal() {
                 let poses = [dice.pose(flat, 0.1), dice.pose(flat, away)];
                 let guess = poses[1].place - poses[0].place;
                 let Some(found) = closest(a, &poses[0], b, &poses[1], &guess) else { continue };
-                let back = closest(b, &poses[1], a, &poses[0], &dice.vector(flat)).unwrap();
+                let back = closest(b, &poses[1], a, &poses[0], &dice.vector(flat))
+                    .unwrap_or_else(|| panic!("{a:?} {b:?} {poses:?} {found:?}"));
                 let shown = along(a, &poses[0], b, &poses[1], &found.normal);
                 // Cores of ellipsoids may overlap.
                 let way = found.points[1] - found.points[0];
@@ -147,7 +153,7 @@ fn overlap_changes_as_place_and_normal_say() {
         let (shapes, mut worst) = (shapes(flat), [0.0f64; 2]);
         for (a, b) in shapes.iter().flat_map(|a| shapes.iter().map(move |b| (a, b))) {
             let mut tried = 0;
-            for _ in 0..4000 {
+            for _ in 0..150000 {
                 let reach = a.radius + b.radius;
                 let away = reach * (0.7 + 0.3 * dice.roll());
                 let poses = [dice.pose(flat, 0.05), dice.pose(flat, away)];
@@ -166,11 +172,11 @@ fn overlap_changes_as_place_and_normal_say() {
                 };
                 let slope = (moved(h) - moved(-h)) / (2.0 * h);
                 let velocity = move_by + turn.cross(&(found.place - poses[0].place));
-                let expected = found.gain * velocity.dot(&found.normal);
-                // Patches of two boxes lack the moment about the normal, and the slope of the part
-                // that nearly parallel edges count.
+                let expected =
+                    found.gain * (velocity + found.couple * turn).dot(&found.normal);
+                // Of two boxes without the slope of what nearly parallel edges count.
                 let boxes = [a, b].iter().all(|p| matches!(p.core, Core::Polytope(_))) && !flat;
-                let (apart, limit) = ((slope - expected).abs(), if boxes { 5e-3 } else { 1e-6 });
+                let (apart, limit) = ((slope - expected).abs(), if boxes { 5e-4 } else { 1e-6 });
                 worst[usize::from(boxes)] = worst[usize::from(boxes)].max(apart);
                 assert!(apart < limit, "{slope} {expected} {a:?} {b:?} {poses:?}");
             }

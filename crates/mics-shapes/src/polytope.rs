@@ -1,0 +1,335 @@
+//! How far convex polygons and polyhedra are from points, from each other and from corners, edges
+//! and faces that stand fixed.
+//!
+//! ```text
+//!        x_                     of two cores:  every corner with the other core, and in 3D every
+//!     d |  \__                                 two edges; the least of them is the distance
+//!     .-|-----\-.
+//!     |  core   |               of a corner:   the height above the face that it is highest above,
+//!     '---------'                              where its foot is in that face, and else its way to
+//!                                              the nearest edge; inside that height, negative
+//! ```
+//! A direction m gives each corner a bound, `m.(y - x) - reach`, below which it cannot be nearer: most
+//! corners and edges are passed over.
+
+use crate::flags::Flags;
+use crate::part::{Edge, Face, Polytope};
+use crate::placed::Placed;
+use crate::region::{Foot, foot_of_ball, nearest_of_segment};
+use crate::touch::{POWER, Patch, nearest_of_edges, weight_of_edges};
+use nalgebra::Vector3;
+
+/// Most directions that two are seen along before all corners and edges count.
+const MOST: usize = 8;
+
+impl Polytope {
+    /// Of these corners (m) and faces.
+    pub fn new(corners: Vec<Vector3<f64>>, faces: Vec<Face>) -> Polytope {
+        let mut sides: Vec<([u32; 2], u32)> = Vec::new();
+        for (k, face) in faces.iter().enumerate().filter(|(_, face)| face.corners.len() > 2) {
+            let next = face.corners.iter().cycle().skip(1);
+            let ends = face.corners.iter().zip(next).map(|(a, b)| [*a.min(b), *a.max(b)]);
+            sides.extend(ends.map(|ends| (ends, k as u32)));
+        }
+        sides.sort_unstable();
+        let two = sides.chunk_by(|one, other| one.0 == other.0);
+        let edges = two.map(|two| {
+            let [a, b] = two[0].0.map(|k| corners[k as usize]);
+            let faces = [two[0].1, two[two.len() - 1].1];
+            Edge { corners: two[0].0, faces, half: 0.5 * (b - a).norm() }
+        });
+        Polytope { edges: edges.collect(), corners, faces }
+    }
+
+    /// A corner by its number (m).
+    fn corner(&self, k: u32) -> Vector3<f64> {
+        self.corners[k as usize]
+    }
+
+    /// The ends of an edge or of a face in 2D (m).
+    fn ends(&self, edge: &[u32]) -> [Vector3<f64>; 2] {
+        [self.corner(edge[0]), self.corner(edge[1])]
+    }
+
+    /// How high a point is above a face (m).
+    fn above(&self, face: &Face, point: &Vector3<f64>) -> f64 {
+        (point - self.corner(face.corners[0])).dot(&face.normal)
+    }
+
+    /// A distance that a point is not nearer than (m).
+    pub(crate) fn height(&self, point: &Vector3<f64>) -> f64 {
+        let heights = self.faces.iter().map(|face| self.above(face, point));
+        heights.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The signed distance of a point (m), and the direction away from the nearest point; own axes.
+    pub(crate) fn beside(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let (mut height, mut highest) = (f64::NEG_INFINITY, &self.faces[0]);
+        let mut seen = Flags::none();
+        for (k, face) in self.faces.iter().enumerate() {
+            let above = self.above(face, point);
+            if above > height {
+                (height, highest) = (above, face);
+            }
+            if above > 0.0 {
+                seen.add(k);
+            }
+        }
+        if height <= 0.0 || self.is_above(highest, point) {
+            return (height, highest.normal);
+        }
+        let mut nearest = (f64::INFINITY, Vector3::zeros());
+        let mut take = |way: Vector3<f64>| {
+            let square = way.norm_squared();
+            if square < nearest.0 {
+                nearest = (square, way);
+            }
+        };
+        if self.edges.is_empty() {
+            self.corners.iter().for_each(|corner| take(point - corner));
+        }
+        for edge in self.edges.iter().filter(|edge| edge.faces.iter().any(|k| seen.may(*k))) {
+            let [a, b] = self.ends(&edge.corners);
+            take(point - nearest_of_segment(&a, &b, point));
+        }
+        let distance = nearest.0.sqrt();
+        (distance, nearest.1 / distance)
+    }
+
+    /// Whether the foot of a point on the plane of a face is in the face.
+    fn is_above(&self, face: &Face, point: &Vector3<f64>) -> bool {
+        let n = face.corners.len();
+        if n == 2 {
+            let [a, b] = self.ends(&face.corners);
+            let edge = b - a;
+            let along = (point - a).dot(&edge);
+            return along >= 0.0 && along <= edge.norm_squared();
+        }
+        (0..n).all(|k| {
+            let [a, b] = self.ends(&[face.corners[k], face.corners[(k + 1) % n]]);
+            face.normal.cross(&(b - a)).dot(&(point - a)) >= 0.0
+        })
+    }
+
+    /// The face that faces a direction most.
+    pub(crate) fn facing(&self, n: &Vector3<f64>) -> &Face {
+        let along = |face: &&Face| face.normal.dot(n);
+        let best = self.faces.iter().max_by(|a, b| along(a).total_cmp(&along(b)));
+        best.unwrap_or(&self.faces[0])
+    }
+
+    /// A face through a point of the surface that reaches further in the direction `up` than the
+    /// point does, if there is one.
+    pub(crate) fn further(&self, point: &Vector3<f64>, up: &Vector3<f64>) -> Option<&Face> {
+        let slack = 1e-12 * point.amax().max(self.corners[0].amax());
+        let beyond = |face: &Face| {
+            let ahead = |k: &u32| (self.corner(*k) - point).dot(up);
+            face.corners.iter().map(ahead).fold(0.0, f64::max)
+        };
+        let through = |face: &&Face| {
+            (point - self.corner(face.corners[0])).dot(&face.normal).abs() <= slack
+        };
+        let best = self.faces.iter().filter(through).map(|face| (beyond(face), face));
+        let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
+        best.filter(|(beyond, _)| *beyond > slack).map(|(_, face)| face)
+    }
+}
+
+/// The nearest points of a corner and a core, or of two edges.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Feature {
+    /// Of the cores (m).
+    pub distance: f64,
+    /// From the first to the second.
+    pub normal: Vector3<f64>,
+    /// On both cores (m).
+    pub points: [Vector3<f64>; 2],
+    /// How often it counts in a patch.
+    counts: f64,
+}
+
+/// Two of them, seen along a direction from the first to the second.
+struct Seen<'a> {
+    sides: [&'a Placed<'a>; 2],
+    polytopes: [&'a Polytope; 2],
+    /// From the middle of the first to that of the second (m).
+    centres: Vector3<f64>,
+    /// From each to the other, in its own axes, and how far it reaches there (m).
+    own: [Vector3<f64>; 2],
+    reach: [f64; 2],
+    /// Between them along that direction (m): no two points are nearer.
+    gap: f64,
+}
+
+impl<'a> Seen<'a> {
+    fn along(
+        sides: [&'a Placed<'a>; 2],
+        polytopes: [&'a Polytope; 2],
+        way: Vector3<f64>,
+    ) -> Seen<'a> {
+        let own = [
+            sides[0].orientation.inverse_transform_vector(&way),
+            -sides[1].orientation.inverse_transform_vector(&way),
+        ];
+        let reach = [0, 1].map(|k| {
+            let along = polytopes[k].corners.iter().map(|corner| corner.dot(&own[k]));
+            along.fold(f64::NEG_INFINITY, f64::max)
+        });
+        let centres = sides[1].place - sides[0].place;
+        let gap = centres.dot(&way) - reach[0] - reach[1];
+        Seen { sides, polytopes, centres, own, reach, gap }
+    }
+
+    /// Calls with all that may be nearer than `bound` (m).
+    fn features(&self, bound: f64, mut take: impl FnMut(Feature)) {
+        let mut near = [Flags::none(), Flags::none()];
+        for side in 0..2 {
+            let (own, other) = (self.sides[side], self.sides[1 - side]);
+            for (k, corner) in self.polytopes[side].corners.iter().enumerate() {
+                if self.gap + self.reach[side] - corner.dot(&self.own[side]) > bound {
+                    continue;
+                }
+                near[side].add(k);
+                let place = own.at(corner);
+                let back = other.orientation.inverse_transform_vector(&(place - other.place));
+                let (distance, away) = self.polytopes[1 - side].beside(&back);
+                let away = other.orientation * away;
+                let foot = place - distance * away;
+                let (normal, points) =
+                    if side == 0 { (-away, [place, foot]) } else { (away, [foot, place]) };
+                take(Feature { distance, normal, points, counts: 1.0 });
+            }
+        }
+        let is_near =
+            |side: usize, edge: &Edge| edge.corners.iter().any(|k| near[side].may(*k));
+        let side = self.sides[1];
+        for own in self.polytopes[0].edges.iter().filter(|edge| is_near(0, edge)) {
+            let ends = self.polytopes[0].ends(&own.corners).map(|end| {
+                side.orientation.inverse_transform_vector(&(self.sides[0].at(&end) - side.place))
+            });
+            for its in self.polytopes[1].edges.iter().filter(|edge| is_near(1, edge)) {
+                let reach = own.half + its.half + bound;
+                if let Some(feature) = self.edges(&ends, its, reach, bound) {
+                    take(feature);
+                }
+            }
+        }
+    }
+
+    /// An edge of the first, by its ends in the axes of the second (m), and one of that, whose
+    /// middles are within `reach` (m), where they may be nearer than `bound` (m) and have not crossed.
+    fn edges(
+        &self,
+        own: &[Vector3<f64>; 2],
+        its: &Edge,
+        reach: f64,
+        bound: f64,
+    ) -> Option<Feature> {
+        let (side, its) = (self.sides[1], self.polytopes[1].ends(&its.corners));
+        let middles = own[0] + own[1] - its[0] - its[1];
+        if middles.norm_squared() > 4.0 * reach * reach {
+            return None;
+        }
+        let counts = weight_of_edges(own, &its)?;
+        let points = nearest_of_edges(own, &its);
+        let way = points[1] - points[0];
+        let square = way.norm_squared();
+        if square == 0.0 || square > bound * bound {
+            return None;
+        }
+        let (distance, way) = (square.sqrt(), side.orientation * way);
+        let points = points.map(|point| side.at(&point));
+        let apart = way.dot(&self.centres) > 0.0;
+        apart.then_some(Feature { distance, normal: way / distance, points, counts })
+    }
+}
+
+/// The nearest points of two cores with these roundings (m), and the patch of all that overlap;
+/// `guess` is a direction from the first to the second.
+pub(crate) fn meet(
+    sides: [&Placed<'_>; 2],
+    polytopes: [&Polytope; 2],
+    rounding: [f64; 2],
+    guess: &Vector3<f64>,
+) -> (Feature, Patch) {
+    let most = rounding[0] + rounding[1];
+    let mut way = guess.try_normalize(0.0).unwrap_or_else(Vector3::x);
+    for tried in 0.. {
+        let seen = Seen::along(sides, polytopes, way);
+        let bound = match tried {
+            MOST => f64::INFINITY,
+            _ => most.max(seen.gap + 0.1 * (most + seen.gap.abs())),
+        };
+        let about = sides[0].at(&(seen.reach[0] * seen.own[0]));
+        let mut patch = Patch::about(most, about, f64::from(POWER));
+        let mut nearest: Option<Feature> = None;
+        seen.features(bound, |feature| {
+            let depth = most - feature.distance;
+            if depth > 0.0 {
+                let place = feature.points[0] + (rounding[0] - 0.5 * depth) * feature.normal;
+                patch.add(depth, &feature.normal, &place, feature.counts);
+            }
+            if nearest.is_none_or(|nearest| feature.distance < nearest.distance) {
+                nearest = Some(feature);
+            }
+        });
+        let Some(nearest) = nearest else { continue };
+        if nearest.distance <= bound {
+            return (nearest, patch);
+        }
+        way = nearest.normal;
+    }
+    unreachable!("all corners are within an infinite bound")
+}
+
+/// The point of a corner, a segment or a triangle that stands fixed, with this outward normal,
+/// which is nearest to a polytope with this rounding (m). Corners of the polytope `outside` the
+/// solid are at a distance, also behind the face.
+pub(crate) fn foot(
+    polytope: &Polytope,
+    side: &Placed<'_>,
+    rounding: f64,
+    (simplex, normal): (&[Vector3<f64>], &Vector3<f64>),
+    outside: bool,
+) -> Foot {
+    let mut best = Foot { gap: f64::INFINITY, up: *normal, place: simplex[0] };
+    for place in simplex {
+        let back = side.orientation.inverse_transform_vector(&(place - side.place));
+        let (distance, away) = polytope.beside(&back);
+        if distance - rounding < best.gap {
+            let up = -(side.orientation * away);
+            best = Foot { gap: distance - rounding, up, place: *place };
+        }
+    }
+    if simplex.len() == 1 {
+        return best;
+    }
+    let out = if outside { Vector3::zeros() } else { *normal };
+    let above = |place: &Vector3<f64>| (place - simplex[0]).dot(normal) - rounding;
+    for corner in polytope.corners.iter().map(|corner| side.at(corner)) {
+        if above(&corner) < best.gap {
+            let foot = foot_of_ball(&corner, rounding, simplex, &out);
+            if foot.gap < best.gap {
+                best = foot;
+            }
+        }
+    }
+    for edge in &polytope.edges {
+        let ends = polytope.ends(&edge.corners).map(|end| side.at(&end));
+        if ends.iter().all(|end| above(end) >= best.gap) {
+            continue;
+        }
+        for k in 0..if simplex.len() == 2 { 1 } else { 3 } {
+            let other = [simplex[k], simplex[(k + 1) % simplex.len()]];
+            if weight_of_edges(&ends, &other).is_none() {
+                continue;
+            }
+            let [x, y] = nearest_of_edges(&ends, &other);
+            let gap = (y - x).norm() - rounding;
+            if gap < best.gap && (x - y).dot(normal) >= 0.0 {
+                best = Foot { gap, up: (x - y).try_normalize(0.0).unwrap_or(*normal), place: y };
+            }
+        }
+    }
+    best
+}
