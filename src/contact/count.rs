@@ -9,6 +9,7 @@ use crate::config::MOST_SUBSTEPS;
 use crate::numerics::Numerics;
 use crate::particles::Body;
 use crate::{Error, Result};
+use mics_shapes::Part;
 
 /// How many times fewer substeps there are while a gap changes by its width than in a contact: the
 /// fluid in it acts implicitly, and half and twice as many change a rebound by 0.2 %.
@@ -100,17 +101,19 @@ impl Contacts {
         (pair.is_own_image() || gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
     }
 
-    /// Least mass (kg) that a contact of a pair may stop: at the rim of bodies that are not round,
-    /// which turn out of the way.
+    /// Least mass (kg) that a contact of a pair may stop: at the longest arm of bodies that are not
+    /// round, which turn out of the way.
     pub(super) fn least_mass(&self, pair: &Pair, bodies: &[Body]) -> f64 {
-        let of = |k: usize| {
-            let Some(body) = bodies.get(k) else { return [0.0; 2] };
+        if self.are_round(pair, bodies) {
+            return f64::INFINITY;
+        }
+        let of = |k: usize, part: usize| {
+            let Some(body) = bodies.get(k) else { return 0.0 };
             let InverseMass { mass, inertia, .. } = &self.inverse_masses[k];
-            let rim = if body.is_round() { 0.0 } else { body.radius() };
-            [mass.max() + rim * rim * inertia.max(), rim]
+            let arm = body.parts().get(part).map_or(0.0, Part::lever);
+            mass.max() + arm * arm * inertia.max()
         };
-        let [[one, rim], [other, its_rim]] = [pair.first, pair.second].map(of);
-        if rim + its_rim > 0.0 { 1.0 / (one + other) } else { f64::INFINITY }
+        1.0 / (of(pair.first, pair.parts[0]) + of(pair.second, pair.parts[1]))
     }
 
     /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come

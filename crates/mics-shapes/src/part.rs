@@ -42,6 +42,28 @@ impl Part {
         let skins = if self.core == Core::Point { 1.0 } else { SKINS };
         (skins * self.rounding).min(self.radius)
     }
+
+    /// The largest arm about the body's centre of a force along a normal of the surface (m), or a
+    /// little more.
+    pub fn lever(&self) -> f64 {
+        let own = match &self.core {
+            Core::Point => 0.0,
+            // The centres of curvature of the tips and the flanks are nowhere further apart.
+            Core::Ellipsoid { half, .. } => {
+                let [a, b] = [half.x, half.y];
+                let least = if half.z > 0.0 { a.min(b).min(half.z) } else { a.min(b) };
+                half.max() - least
+            }
+            Core::Superquadric { .. } => self.radius,
+            // At a corner normals lie between those of its faces.
+            Core::Polytope(Polytope { corners, faces, .. }) => {
+                let arm = |face: &Face, k: &u32| corners[*k as usize].cross(&face.normal).norm();
+                let of = |face: &Face| face.corners.iter().map(|k| arm(face, k)).fold(0.0, f64::max);
+                faces.iter().map(of).fold(0.0, f64::max)
+            }
+        };
+        own + self.place.norm()
+    }
 }
 
 /// A convex core, about its own origin; in 2D all of it lies in the plane z = 0.
