@@ -7,6 +7,7 @@ mod gaps;
 mod obstacles;
 mod shapes;
 mod solids;
+mod tips;
 
 use super::law::{Law, integrated_restitution};
 use super::*;

@@ -19,7 +19,7 @@ fn room(size: [f64; 3]) -> Room {
 }
 
 /// A body that stands in a box of this size (m).
-fn standing(obstacle: Obstacle, size: [f64; 3]) -> Body {
+pub fn standing(obstacle: Obstacle, size: [f64; 3]) -> Body {
     let middle = 0.5 * Vector3::from(size);
     Body::new(Arc::new(Solid::new(obstacle)), 1.0, 1.0, middle)
 }
