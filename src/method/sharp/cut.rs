@@ -21,6 +21,7 @@ use crate::reach::Reach;
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
+use std::cell::Cell;
 
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
@@ -39,6 +40,8 @@ pub struct CutBodies<const D: usize> {
     before: Vec<Before>,
     /// Those near the body that is rebuilt.
     beside: Vec<Neighbour>,
+    /// What it was rebuilt with of the friction in gaps.
+    friction: f64,
     /// Cells to which several bodies are equally near, and that they set.
     shared: SharedCells,
     /// Scratch of what a body fills, and by axis of the arms to the faces that it covers (m).
@@ -87,6 +90,7 @@ impl<const D: usize> CutBodies<D> {
             joined: joined(bodies),
             before: bodies.iter().map(Before::here).collect(),
             beside: Vec::with_capacity(16),
+            friction: 0.0,
             shared: SharedCells::with_capacity(shared),
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             arms: std::array::from_fn(|_| Vec::with_capacity(most)),
@@ -147,6 +151,12 @@ impl<const D: usize> CutBodies<D> {
             if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] && !cut.is_empty() {
                 continue;
             }
+            if !wanted(&bodies[k])
+                && !self.near.restless[k]
+                && cut.stays(&bodies[k], friction != self.friction)
+            {
+                continue;
+            }
             self.beside.clear();
             // Obstacles that are one solid are one neighbour.
             let is_first = |(place, j): &(usize, &usize)| {
@@ -171,6 +181,7 @@ impl<const D: usize> CutBodies<D> {
                 numerics: &domain.numerics,
                 h: self.h,
                 friction,
+                rubs: Cell::new(false),
                 cubic,
                 reach,
                 walls: walls_within(grid, &bodies[k].centre, &reached),
@@ -179,6 +190,7 @@ impl<const D: usize> CutBodies<D> {
             };
             cut.rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
         }
+        self.friction = friction;
         self.shared.share(self.bodies.as_mut_slice());
         self.set_apertures(domain);
     }

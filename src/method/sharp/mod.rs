@@ -86,6 +86,7 @@ mod near;
 mod neighbour;
 mod pressure_step;
 mod profile;
+mod seen;
 mod shared;
 mod shared_cell;
 mod stencil;

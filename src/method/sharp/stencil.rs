@@ -92,15 +92,32 @@ pub(super) struct Line {
     pub(super) along: Vector3<f64>,
 }
 
+/// What a body has of itself along a normal of its surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Ahead {
+    /// How far it is to where that meets the body again (m); infinite where it does not.
+    pub itself: f64,
+    /// How far the second image point is from an obstacle's own walls (m); infinite of other
+    /// bodies.
+    pub corner: f64,
+}
+
+impl Ahead {
+    /// Nothing.
+    pub const NOTHING: Ahead = Ahead { itself: f64::INFINITY, corner: f64::INFINITY };
+}
+
 /// That line, and where it leaves the surface.
 pub struct Normal {
     line: Line,
     /// Whether it comes from the centre as the arm of its point.
     central: bool,
     /// Outward, of length 1.
-    n: Vector3<f64>,
+    pub(super) n: Vector3<f64>,
     /// Where it leaves the surface (m, from the body's centre).
-    foot: Vector3<f64>,
+    pub(super) foot: Vector3<f64>,
+    /// What the body has of itself along it.
+    pub(super) ahead: Ahead,
     /// At the distance d from the surface, `out = (wall + d)/length` (m).
     wall: f64,
     length: f64,
@@ -119,6 +136,7 @@ impl Normal {
                 central: true,
                 n,
                 foot: radius * n,
+                ahead: Ahead::NOTHING,
                 wall: radius,
                 length: arm.norm(),
             };
@@ -129,6 +147,7 @@ impl Normal {
             central: false,
             n,
             foot,
+            ahead: Ahead::NOTHING,
             wall: 0.0,
             length: 1.0,
         }
@@ -211,8 +230,8 @@ impl<const D: usize> Stencils<D> {
         s: f64,
     ) -> Stencil {
         let h = around.h;
-        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
-        let clear = around.clear_of_corners(&normal.foot, &normal.n, gap.width);
+        let gap = around.gap(&image.centre, normal);
+        let clear = around.clear_of_corners(normal, gap.width);
         let share = Shares::of(gap.width / h, around.numerics).beside_corner(clear);
         let first_point = around.numerics.image_point;
         let [d1, d2] = [first_point * h, 2.0 * first_point * h];
@@ -238,8 +257,8 @@ impl<const D: usize> Stencils<D> {
         s: f64,
         (profile, own): (usize, &Reading),
     ) -> Option<Cubic> {
-        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
-        let clear = around.clear_of_corners(&normal.foot, &normal.n, gap.width);
+        let gap = around.gap(&image.centre, normal);
+        let clear = around.clear_of_corners(normal, gap.width);
         let (s, gap) = (s / around.h, gap.width / around.h);
         let (point, fading) = (around.numerics.image_point, around.numerics.blending_width);
         // As deep as the first image point is far, it needs no more ghosts than the parabola.
@@ -268,7 +287,7 @@ impl<const D: usize> Stencils<D> {
         normal: &Normal,
         s: f64,
     ) -> (Stencil, f64) {
-        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
+        let gap = around.gap(&image.centre, normal);
         let (share, kept) = around.flow(gap.width);
         let weight = share * (1.0 - kept);
         if weight == 0.0 {
@@ -281,7 +300,7 @@ impl<const D: usize> Stencils<D> {
     /// The slope of the velocity along the outward normal through a point of the surface (1/s).
     pub fn slope(&mut self, around: &Surroundings<D>, image: &Image, normal: &Normal) -> Stencil {
         let h = around.h;
-        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
+        let gap = around.gap(&image.centre, normal);
         let share = Shares::of(gap.width / h, around.numerics);
         let distance = around.numerics.slope_image_point;
         let (e, near) = (distance * h, h.min(0.5 * gap.width));
