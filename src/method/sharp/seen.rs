@@ -47,7 +47,8 @@ impl Feet {
 /// Where a cell lies from a body.
 #[derive(Clone, Copy, Debug)]
 pub struct Sight {
-    /// Signed distance from the surface (m), and the normal there of a body that is not round.
+    /// Signed distance from the surface (m), deep inside one that is nearer to zero, and the normal
+    /// there of a body that is not round.
     pub s: f64,
     pub normal: Option<Vector3<f64>>,
     /// Whether the body has just left it.
@@ -142,7 +143,14 @@ impl Reach {
         {
             return None;
         }
-        let (s, normal) = around.nearest(shape, orientation, arm);
+        let near = shape.clearance(orientation, arm);
+        if !touched && near.is_some_and(|near| near > far) {
+            return None;
+        }
+        let (s, normal) = match near {
+            Some(near) if near < -PROFILE_DEPTH * around.h => (near, None),
+            _ => around.nearest(shape, orientation, arm),
+        };
         let cleared = s > 0.0
             && s <= self.way
             && around.distance(shape, &before.orientation, &(arm + before.way)) <= 0.0;
