@@ -49,9 +49,9 @@ impl Sum {
 pub(crate) struct Room {
     /// The corners of the polyhedron, along the axes of the lattice (m).
     pub corners: Vec<Vector3<f64>>,
-    /// A face of it, and by axis what is left of it and the piece that is cut off.
+    /// A face of it, and by axis what is left of it, that of the next plane, and what is cut off.
     pub face: Vec<Vector3<f64>>,
-    pieces: [[Vec<Vector3<f64>>; 2]; 3],
+    pieces: [[Vec<Vector3<f64>>; 3]; 3],
     /// By box, one before the first of each row among them, the number of its sum.
     numbers: Vec<u32>,
     sums: Vec<Sum>,
@@ -85,7 +85,7 @@ impl Room {
         for x in polygon {
             (least, most) = (least.min(x[axis]), most.max(x[axis]));
         }
-        let mut next = own.partition_point(|plane| *plane <= least);
+        let mut next = place(own, least);
         if next == own.len() || own.len() < 2 {
             return;
         }
@@ -93,18 +93,20 @@ impl Room {
             self.keep(planes, axis, polygon, row, next);
             return;
         }
-        let [mut rest, mut piece] = std::mem::take(&mut self.pieces[axis]);
-        rest.clear();
-        rest.extend_from_slice(polygon);
+        let [mut rest, mut other, mut piece] = std::mem::take(&mut self.pieces[axis]);
+        divide(polygon, axis, own[next], &mut piece, &mut rest);
+        self.keep(planes, axis, &piece, row, next);
+        next += 1;
         while next < own.len() && most > own[next] {
-            divide(&mut rest, axis, own[next], &mut piece);
+            divide(&rest, axis, own[next], &mut piece, &mut other);
+            std::mem::swap(&mut rest, &mut other);
             self.keep(planes, axis, &piece, row, next);
             next += 1;
         }
         if next < own.len() {
             self.keep(planes, axis, &rest, row, next);
         }
-        self.pieces[axis] = [rest, piece];
+        self.pieces[axis] = [rest, other, piece];
     }
 
     /// Takes a piece between the plane before that of a number and that one.
@@ -167,25 +169,47 @@ impl Room {
     }
 }
 
-/// Cuts what of a convex polygon lies below a plane off into a piece.
-fn divide(rest: &mut Vec<Vector3<f64>>, axis: usize, plane: f64, piece: &mut Vec<Vector3<f64>>) {
-    piece.clear();
-    let count = rest.len();
-    for k in 0..count {
-        let (from, to) = (rest[k], rest[(k + 1) % count]);
-        let [low, high] = [from[axis] - plane, to[axis] - plane];
-        if low <= 0.0 {
-            piece.push(from);
-        }
-        if low >= 0.0 {
-            rest.push(from);
-        }
+/// How many of the planes lie at a place (m) or below; they are about evenly apart.
+#[inline]
+fn place(planes: &[f64], at: f64) -> usize {
+    let [Some(first), Some(last)] = [planes.first(), planes.last()] else { return 0 };
+    let part = (at - first) / (last - first) * (planes.len() - 1) as f64;
+    let mut next = (part.clamp(0.0, planes.len() as f64) as usize).min(planes.len());
+    while next > 0 && planes[next - 1] > at {
+        next -= 1;
+    }
+    while next < planes.len() && planes[next] <= at {
+        next += 1;
+    }
+    next
+}
+
+/// Divides a convex polygon by a plane into what is below and what is above.
+fn divide(
+    polygon: &[Vector3<f64>],
+    axis: usize,
+    plane: f64,
+    below: &mut Vec<Vector3<f64>>,
+    above: &mut Vec<Vector3<f64>>,
+) {
+    below.clear();
+    above.clear();
+    let Some(mut from) = polygon.last() else { return };
+    let mut low = from[axis] - plane;
+    for to in polygon {
+        let high = to[axis] - plane;
         if low * high < 0.0 {
             let mut place = from + low / (low - high) * (to - from);
             place[axis] = plane;
-            piece.push(place);
-            rest.push(place);
+            below.push(place);
+            above.push(place);
         }
+        if high <= 0.0 {
+            below.push(*to);
+        }
+        if high >= 0.0 {
+            above.push(*to);
+        }
+        (from, low) = (to, high);
     }
-    rest.drain(..count);
 }

@@ -10,10 +10,10 @@
 
 use super::cut_body::{Before, CutBody, GhostCell, OwnCell};
 use super::gap::{Surroundings, smooth_step, unresolved};
-use super::seen::{Feet, Foot, Reach, SeenCell, Sight};
+use super::seen::{Feet, Foot, Known, Reach, SeenCell, Sight};
 use super::shared_cell::SharedCell;
 use super::stencil::{Image, Normal, Reading, Stencil};
-use crate::geometry::{Block, Overlap, Planes, images};
+use crate::geometry::{Block, Overlap, images};
 use crate::grid::Grid;
 use nalgebra::Vector3;
 
@@ -91,7 +91,7 @@ impl<const D: usize> CutBody<D> {
         let extent = extent.add_scalar(reach.beside);
         for centre in images(grid, body.shape(), &body.centre) {
             let image = self.stencils.image(grid, centre);
-            let mut planes = Planes::default();
+            let mut known = Known::default();
             for at in Block::owned(grid, &centre, &extent) {
                 let arm = Vector3::from_fn(|a, _| {
                     if a < D { (at[a] as f64 + 0.5) * grid.h[a] - centre[a] } else { 0.0 }
@@ -105,8 +105,7 @@ impl<const D: usize> CutBody<D> {
                 let touched = touched.map(|solid| solid.arm);
                 touched_cells += usize::from(touched.is_some());
                 let shape = body.shape();
-                let sight =
-                    reach.sight(around, shape, before, &arm, touched.is_some(), &mut planes);
+                let sight = reach.sight(around, shape, before, &arm, touched.is_some(), &mut known);
                 if let Some(sight) = sight {
                     let cell = cell as u32;
                     found(self, SeenCell { image, arm, touched, sight, cell, feet: [0; 2] });

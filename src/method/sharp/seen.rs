@@ -113,6 +113,21 @@ impl SeenCell {
     }
 }
 
+/// What has been found of cells before that says something of those after them.
+#[derive(Default)]
+pub struct Known {
+    planes: Planes,
+    /// A point deep inside, and a signed distance from the surface (m) no further from zero.
+    deep: Option<(Vector3<f64>, f64)>,
+}
+
+impl Known {
+    /// A signed distance (m) no further from zero than that of a point near a deep one.
+    fn near(&self, arm: &Vector3<f64>) -> Option<f64> {
+        self.deep.map(|(point, near)| near + (arm - point).norm())
+    }
+}
+
 /// How far outside a body cells concern it (m).
 pub struct Reach {
     /// In gaps that the grid does not resolve.
@@ -135,21 +150,28 @@ impl Reach {
         before: &Before,
         arm: &Vector3<f64>,
         touched: bool,
-        planes: &mut Planes,
+        known: &mut Known,
     ) -> Option<Sight> {
         let (orientation, point) = (&around.orientation, Vector3::zeros());
         let far = self.tight.max(self.way).max(self.beside);
-        if !touched && around.round.is_none() && planes.clears(shape, orientation, arm, &point, far)
+        if !touched
+            && around.round.is_none()
+            && known.planes.clears(shape, orientation, arm, &point, far)
         {
             return None;
         }
-        let near = shape.clearance(orientation, arm);
+        let deep = -PROFILE_DEPTH * around.h;
+        let near = known.near(arm).filter(|near| *near < deep).or_else(|| {
+            let near = shape.clearance(orientation, arm)?;
+            known.deep = (near < deep).then_some((*arm, near)).or(known.deep);
+            Some(near)
+        });
         if !touched && near.is_some_and(|near| near > far) {
             return None;
         }
-        let (s, normal) = match near {
-            Some(near) if near < -PROFILE_DEPTH * around.h => (near, None),
-            _ => around.nearest(shape, orientation, arm),
+        let (s, normal) = match near.filter(|near| *near < deep) {
+            Some(near) => (near, None),
+            None => around.nearest(shape, orientation, arm),
         };
         let cleared = s > 0.0
             && s <= self.way
