@@ -157,11 +157,13 @@ fn face(h: f64, corners: &[Vector2<f64>; 4]) -> Face {
     }
 }
 
-/// The planes normal to an axis of the lattice: a place in the lattice (m) is in them at `across`,
-/// `at` along the next axis and the last one, and `height` above the centre.
+/// The planes of the lattice that are normal to one of its axes, as the ball sees them.
 struct Family {
     normal: Vector3<f64>,
+    /// How far above the centre it is to the plane a metre along the axis (1/m).
     height: f64,
+    /// From the disc's centre in a plane to a place a metre along this axis, the next one and the
+    /// last one (1/m).
     in_plane: [Vector2<f64>; 3],
 }
 
@@ -174,7 +176,7 @@ impl Family {
         Family { normal, height: normal.dot(&own), in_plane }
     }
 
-    /// The low face along the axis of the box at these places (m), or where the next one begins.
+    /// The face in the plane at `own` along the axis (m), between these places along the others.
     fn face(&self, own: f64, next: [f64; 2], last: [f64; 2]) -> Face {
         let [a, b, c] = &self.in_plane;
         let at = |y: usize, z: usize| own * a + next[y] * b + last[z] * c;
@@ -182,13 +184,20 @@ impl Family {
     }
 }
 
-/// Faces that have been found, by the number of what they are of.
+/// A face that has been found, by its number along the axis.
+#[derive(Clone, Copy)]
+struct Known {
+    number: usize,
+    face: Face,
+}
+
+/// Room that is used again.
 #[derive(Default)]
-pub(crate) struct Room {
+struct Room {
     body: Convex,
     /// Low faces along y of the next row, and along z of the next layer.
-    rows: Vec<(usize, Face)>,
-    layers: Vec<(usize, Face)>,
+    rows: Vec<Known>,
+    layers: Vec<Known>,
 }
 
 thread_local! {
@@ -234,14 +243,13 @@ impl Stretched<'_> {
         self.families[axis].face(ends(axis)[high], next, last)
     }
 
-    /// Volume and first moment that the ball has of a box, whose low faces may be known.
-    fn cut(&self, at: [usize; 3], low: [Face; 3], high: [Face; 3]) -> (f64, Vector3<f64>) {
+    /// Volume and first moment that the ball has of a box with these faces.
+    fn cut(&self, low: [Face; 3], high: [Face; 3]) -> (f64, Vector3<f64>) {
         let (mut volume, mut first) = (0.0, Vector3::zeros());
         for a in 0..3 {
             volume += high[a].volume - low[a].volume;
             first += (high[a].potential - low[a].potential) * self.families[a].normal;
         }
-        debug_assert!(volume > -1e-9, "{at:?} {volume}");
         (volume, first)
     }
 
@@ -274,7 +282,7 @@ pub(crate) fn tile(
 impl Stretched<'_> {
     fn each(&self, room: &mut Room, found: &mut dyn FnMut(&Tile)) {
         let [nx, ny, nz] = self.planes.each_ref().map(|planes| planes.len().saturating_sub(1));
-        let none = (usize::MAX, Face::default());
+        let none = Known { number: usize::MAX, face: Face::default() };
         for (known, n) in [(&mut room.rows, nx), (&mut room.layers, nx * ny)] {
             known.clear();
             known.resize(n, none);
@@ -302,7 +310,7 @@ impl Stretched<'_> {
         middle: &Vector3<f64>,
         half: &[Vector3<f64>; 3],
         room: &mut Room,
-        last: &mut (usize, Face),
+        last: &mut Known,
     ) -> Tile {
         let [i, j, k] = at;
         let volume = (0..3).fold(self.density, |volume, a| {
@@ -318,10 +326,12 @@ impl Stretched<'_> {
             let high = [0, 1, 2].map(|axis| self.face(axis, at, 1));
             let mut low = [Face::default(); 3];
             for (axis, known) in known.into_iter().enumerate() {
-                low[axis] = if known.0 == numbers[axis] { known.1 } else { self.face(axis, at, 0) };
-                *known = (numbers[axis] + 1, high[axis]);
+                let number = numbers[axis];
+                let is_known = known.number == number;
+                low[axis] = if is_known { known.face } else { self.face(axis, at, 0) };
+                *known = Known { number: number + 1, face: high[axis] };
             }
-            self.cut(at, low, high)
+            self.cut(low, high)
         };
         Tile { at, part: filled / volume, moment: self.back * (first / volume) }
     }
