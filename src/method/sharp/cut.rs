@@ -1,6 +1,6 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
-use super::cut_body::{BEYOND, Before, CutBody, GhostCell};
+use super::cut_body::{BEYOND, CutBody, GhostCell};
 use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Surroundings, smooth_step};
 use super::ghost_width;
@@ -8,6 +8,7 @@ use super::local::LocalBodies;
 use super::near::{NearBodies, are_one, walls_within};
 use super::neighbour::{self, Neighbour};
 use super::profile::{self, Parabola};
+use super::seen::Before;
 use super::shared::SharedCells;
 use super::stencil::Cubic;
 use super::values::Flow;
@@ -148,13 +149,8 @@ impl<const D: usize> CutBodies<D> {
             if cubic { profile::slope_of_means(distance) } else { profile::slope(distance) };
         for (k, cut) in self.bodies.each_mut() {
             let near = &self.near.near[k];
-            if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] && !cut.is_empty() {
-                continue;
-            }
-            if !wanted(&bodies[k])
-                && !self.near.restless[k]
-                && cut.stays(&bodies[k], friction != self.friction)
-            {
+            let another = friction != self.friction;
+            if !wanted(&bodies[k]) && stays(&self.near, k, &bodies[k], cut, another) {
                 continue;
             }
             self.beside.clear();
@@ -352,6 +348,21 @@ impl<const D: usize> CutBodies<D> {
             }
         }
     }
+}
+
+/// Whether the cut of the body `k`, which does not move, stays as it is, if it is here; the friction
+/// in gaps may be `another`.
+fn stays<const D: usize>(
+    near: &NearBodies,
+    k: usize,
+    body: &Body,
+    cut: &mut CutBody<D>,
+    another: bool,
+) -> bool {
+    if near.near[k].is_empty() && !near.had[k] {
+        return !cut.is_empty();
+    }
+    !near.restless[k] && cut.stays(body, another)
 }
 
 /// Per body, the obstacles that are one solid with it.

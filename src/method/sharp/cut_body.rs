@@ -5,12 +5,13 @@
 use super::gap::{self, Surroundings};
 use super::near::walls_within;
 use super::neighbour;
-use super::seen::{Feet, Kept, KeptFace};
+use super::normal::Normal;
+use super::seen::{Before, Feet, Kept, KeptFace};
 use super::shared_cell::SharedCell;
-use super::stencil::{Cubic, Normal, Reading, Stencils};
+use super::stencil::{Cubic, Reading, Stencils};
 use crate::geometry::{
-    Block, Cut, Cuts, FaceCentroids, Orientation, Overlap, Placed, Shape, SurfacePoint, Tiles,
-    aperture, fraction, images,
+    Block, Cut, Cuts, FaceCentroids, Overlap, Placed, Shape, SurfacePoint, Tiles, aperture,
+    fraction, images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::numerics::Numerics;
@@ -26,22 +27,6 @@ const MOST_FEET: usize = 16;
 
 /// A body shares at most one of so many of its cells: they lie in the plane between two.
 const FEW: usize = 4;
-
-/// How a body lay before it moved.
-#[derive(Clone, Copy, Debug)]
-pub struct Before {
-    /// From there to where it is now (m).
-    pub way: Vector3<f64>,
-    /// How it was turned.
-    pub orientation: Orientation,
-}
-
-impl Before {
-    /// It lay as it lies.
-    pub fn here(body: &Body) -> Before {
-        Before { way: Vector3::zeros(), orientation: body.orientation() }
-    }
-}
 
 /// A cell whose velocity a body sets.
 #[derive(Clone, Debug)]

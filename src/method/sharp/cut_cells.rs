@@ -8,11 +8,12 @@
 //!   .   .  . --+   .
 //! ```
 
-use super::cut_body::{Before, CutBody, GhostCell, OwnCell};
+use super::cut_body::{CutBody, GhostCell, OwnCell};
 use super::gap::{Surroundings, smooth_step, unresolved};
-use super::seen::{Feet, Foot, Known, Reach, SeenCell, Sight};
+use super::normal::{Foot, Normal};
+use super::seen::{Before, Feet, Known, Reach, SeenCell, Sight};
 use super::shared_cell::SharedCell;
-use super::stencil::{Image, Normal, Reading, Stencil};
+use super::stencil::{Image, Reading, Stencil};
 use crate::geometry::{Block, Overlap, images};
 use crate::grid::Grid;
 use nalgebra::Vector3;
@@ -173,7 +174,7 @@ impl<const D: usize> CutBody<D> {
         let Sight { s, cleared, .. } = seen.sight;
         let mut weight = 1.0;
         if let (true, [foot]) = (s > 0.0 && !cleared, feet) {
-            let normal = foot.normal(around, arm);
+            let normal = foot.normal(around.round, arm);
             let (across, share) = self.stencils.profile_across(around, image, &normal, s);
             weight = share;
             if weight > 0.0 {
@@ -185,12 +186,19 @@ impl<const D: usize> CutBody<D> {
                 return;
             }
         } else if let [foot] = feet {
-            self.add_profile_at(around, image, arm, &foot.normal(around, arm), foot, 1.0);
+            self.add_profile_at(around, image, arm, &foot.normal(around.round, arm), foot, 1.0);
         } else {
             let all: f64 = (0..feet.len()).map(|i| around.share_of(s, i, feet)).sum();
             for (i, foot) in feet.iter().enumerate() {
                 let share = around.share_of(s, i, feet) / all;
-                self.add_profile_at(around, image, arm, &foot.normal(around, arm), foot, share);
+                self.add_profile_at(
+                    around,
+                    image,
+                    arm,
+                    &foot.normal(around.round, arm),
+                    foot,
+                    share,
+                );
             }
         }
         if shared {

@@ -16,9 +16,8 @@
 //! of an impact's energy with it.
 
 use super::neighbour::Neighbour;
+use super::normal::{Ahead, Foot, Normal};
 use super::profile::Parabola;
-use super::seen::Foot;
-use super::stencil::{Ahead, Normal};
 use crate::geometry::{Nearest, Orientation, Shape};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::Numerics;

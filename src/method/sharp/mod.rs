@@ -84,6 +84,7 @@ mod modes;
 mod motion;
 mod near;
 mod neighbour;
+mod normal;
 mod pressure_step;
 mod profile;
 mod seen;

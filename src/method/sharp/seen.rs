@@ -2,29 +2,27 @@
 //! stays where it is sees that once.
 
 use super::PROFILE_DEPTH;
-use super::cut_body::Before;
 use super::gap::Surroundings;
-use super::stencil::{Ahead, Image, Normal};
+use super::normal::{Ahead, Foot};
+use super::stencil::Image;
 use crate::geometry::{Nearest, Orientation, Planes, Shape};
 use crate::particles::Body;
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// A point of a body's surface that a cell has its profile from.
+/// How a body lay before it moved.
 #[derive(Clone, Copy, Debug)]
-pub struct Foot {
-    /// The cell's signed distance from it, and the outward normal there.
-    pub near: Nearest,
-    ahead: Ahead,
+pub struct Before {
+    /// From there to where it is now (m).
+    pub way: Vector3<f64>,
+    /// How it was turned.
+    pub orientation: Orientation,
 }
 
-impl Foot {
-    /// The normal through it, and the cell at `arm` (m).
-    pub fn normal<const D: usize>(&self, around: &Surroundings<D>, arm: &Vector3<f64>) -> Normal {
-        let Nearest { distance, normal } = self.near;
-        let mut normal = Normal::new(around.round, arm, distance, normal);
-        normal.ahead = self.ahead;
-        normal
+impl Before {
+    /// It lay as it lies.
+    pub fn here(body: &Body) -> Before {
+        Before { way: Vector3::zeros(), orientation: body.orientation() }
     }
 }
 
@@ -106,7 +104,7 @@ impl SeenCell {
         }
         feet.extend(near.iter().map(|near| {
             let mut foot = Foot { near: *near, ahead: Ahead::NOTHING };
-            foot.ahead = around.ahead(&foot.normal(around, &self.arm), true);
+            foot.ahead = around.ahead(&foot.normal(around.round, &self.arm), true);
             foot
         }));
         self.feet = [first, feet.len() as u32];

@@ -27,6 +27,7 @@
 
 use super::gap::{Other, Shares, Surroundings, smooth_step};
 use super::image_point::{ImagePoint, Lattice};
+use super::normal::{Line, Normal};
 use super::profile;
 use crate::grid::Grid;
 use nalgebra::Vector3;
@@ -82,81 +83,6 @@ pub struct Cubic {
     pub part: f64,
     /// Velocity that it adds to the cell's own profile, as last found (m/s).
     pub added: Vector3<f64>,
-}
-
-/// The line along the surface's normal through a point, which has its image points at `from + out
-/// along` (m, from the body's centre).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
-    pub(super) from: Vector3<f64>,
-    pub(super) along: Vector3<f64>,
-}
-
-/// What a body has of itself along a normal of its surface.
-#[derive(Clone, Copy, Debug)]
-pub struct Ahead {
-    /// How far it is to where that meets the body again (m); infinite where it does not.
-    pub itself: f64,
-    /// How far the second image point is from an obstacle's own walls (m); infinite of other
-    /// bodies.
-    pub corner: f64,
-}
-
-impl Ahead {
-    /// Nothing.
-    pub const NOTHING: Ahead = Ahead { itself: f64::INFINITY, corner: f64::INFINITY };
-}
-
-/// That line, and where it leaves the surface.
-pub struct Normal {
-    line: Line,
-    /// Whether it comes from the centre as the arm of its point.
-    central: bool,
-    /// Outward, of length 1.
-    pub(super) n: Vector3<f64>,
-    /// Where it leaves the surface (m, from the body's centre).
-    pub(super) foot: Vector3<f64>,
-    /// What the body has of itself along it.
-    pub(super) ahead: Ahead,
-    /// At the distance d from the surface, `out = (wall + d)/length` (m).
-    wall: f64,
-    length: f64,
-}
-
-impl Normal {
-    /// Through the point at `arm` (m), at the distance `s` (m) from the surface. That of a round
-    /// body, of this radius (m), comes from its centre, so that a rigid motion is the same multiple
-    /// of the arm's everywhere on it.
-    #[inline]
-    pub fn new(round: Option<f64>, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
-        if let Some(radius) = round {
-            let line = Line { from: Vector3::zeros(), along: *arm };
-            return Normal {
-                line,
-                central: true,
-                n,
-                foot: radius * n,
-                ahead: Ahead::NOTHING,
-                wall: radius,
-                length: arm.norm(),
-            };
-        }
-        let foot = arm - s * n;
-        Normal {
-            line: Line { from: foot, along: n },
-            central: false,
-            n,
-            foot,
-            ahead: Ahead::NOTHING,
-            wall: 0.0,
-            length: 1.0,
-        }
-    }
-
-    #[inline]
-    fn out(&self, distance: f64) -> f64 {
-        (self.wall + distance) / self.length
-    }
 }
 
 /// What lies across a gap.
