@@ -350,8 +350,8 @@ impl<const D: usize> CutBodies<D> {
     }
 }
 
-/// Whether the cut of the body `k`, which does not move, stays as it is, if it is here; the friction
-/// in gaps may be `another`.
+/// Whether the cut of the body `k`, which does not move, stays as it is, if it is here; the
+/// friction in gaps may be `another`.
 fn stays<const D: usize>(
     near: &NearBodies,
     k: usize,
