@@ -105,6 +105,12 @@ pub trait Shape: Debug + Send + Sync {
         (self.distance(orientation, arm), self.normal(orientation, arm))
     }
 
+    /// A signed distance (m) nearer to zero than that from the surface, of shapes that find one
+    /// sooner.
+    fn clearance(&self, _orientation: &Orientation, _arm: &Vector3<f64>) -> Option<f64> {
+        None
+    }
+
     /// A plane that all of it lies below, of shapes that have one soon: how high the point at `arm`
     /// (m) is above it (m), and its normal, of length 1.
     fn plane(

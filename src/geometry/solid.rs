@@ -54,6 +54,10 @@ impl Shape for Solid {
         (near.distance, orientation * near.normal)
     }
 
+    fn clearance(&self, orientation: &Orientation, arm: &Vector3<f64>) -> Option<f64> {
+        self.0.clearance(&orientation.inverse_transform_vector(arm))
+    }
+
     fn plane(&self, orientation: &Orientation, arm: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
         let Nearest { distance, normal } =
             self.0.plane(&orientation.inverse_transform_vector(arm))?;
@@ -111,7 +115,7 @@ impl Shape for Solid {
         (volume, orientation * first)
     }
 
-    /// Row by row: a box far from the surface says that of those after it.
+    /// All together, or row by row: a box far from the surface says that of those after it.
     fn tile(
         &self,
         orientation: &Orientation,
@@ -119,6 +123,14 @@ impl Shape for Solid {
         faces: Option<usize>,
         found: &mut dyn FnMut(&Filled),
     ) {
+        let together = self.0.tile(1.0, orientation, &tiles.planes, &mut |tile| {
+            let mut one = Tiles::empty(&tiles.planes, tile.at);
+            (one.part, one.moment, one.lever) = (tile.part, tile.moment, tile.moment);
+            found(&one);
+        });
+        if together {
+            return;
+        }
         let edges = |half: &Vector3<f64>| Solid::own_edges(orientation, half);
         // How far along the row what was found last holds, and what that is.
         let (mut known, mut inside) = (f64::NEG_INFINITY, false);
@@ -134,7 +146,8 @@ impl Shape for Solid {
                     continue;
                 }
                 let middle = orientation.inverse_transform_vector(&one.middle);
-                let distance = self.0.clearance(&middle);
+                let near = || self.0.nearest(&middle).distance;
+                let distance = self.0.clearance(&middle).unwrap_or_else(near);
                 let free = distance.abs() - one.half.norm();
                 if free >= 0.0 {
                     (known, inside) = (one.middle.x + free, distance < 0.0);

@@ -124,7 +124,8 @@ impl Tiles {
         rows.flat_map(move |(j, k)| (0..counts[0]).map(move |i| Tiles::empty(planes, [i, j, k])))
     }
 
-    fn empty(planes: &[Vec<f64>; 3], at: [usize; 3]) -> Filled {
+    /// A box of the lattice, of which nothing is filled.
+    pub(super) fn empty(planes: &[Vec<f64>; 3], at: [usize; 3]) -> Filled {
         let end = |n: usize| Vector3::from_fn(|a, _| planes[a][at[a] + n]);
         let (low, high) = (end(0), end(1));
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));

@@ -44,10 +44,7 @@ impl Face {
     fn triangle(&self, e: f64, t: f64, solid: bool) -> Triangle {
         let Face { h, square } = *self;
         let angle = t.atan2(e);
-        let past = |t: f64| {
-            let scale = ((t * t + e * e) * (e * e + h * h)).sqrt();
-            if scale > 0.0 { (h.abs() * t / scale).clamp(-1.0, 1.0).asin() } else { 0.0 }
-        };
+        let past = |t: f64| (h.abs() * t).atan2(e * (t * t + e * e + h * h).sqrt());
         let mut found = Triangle::default();
         if solid {
             found.solid = angle - past(t);

@@ -2,8 +2,8 @@
 
 use super::convex::Convex;
 use super::ellipse::{nearest, skin};
-use super::{Core, Geometry, Nearest, Part, Patch, ball, patches};
-use nalgebra::{Matrix3, Vector3};
+use super::{Core, Geometry, Nearest, Part, Patch, Tile, ball, lattice, patches};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::cell::RefCell;
 use std::f64::consts::PI;
 
@@ -70,6 +70,11 @@ impl Geometry for Ellipsoid {
         Nearest { distance: (point - Vector3::from(foot)).dot(&normal), normal }
     }
 
+    /// A point stretched with the ellipsoid to a ball moves no faster than by the least half axis.
+    fn clearance(&self, point: &Vector3<f64>) -> Option<f64> {
+        Some((point.component_div(&self.half).norm() - 1.0) * self.half.min())
+    }
+
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let n = patches::divisions(self.half.max(), spacing);
         let mut all: Vec<Patch> = patches::directions(n).map(|at| self.patch(at)).collect();
@@ -93,6 +98,17 @@ impl Geometry for Ellipsoid {
         (whole * volume, whole * first.component_mul(&self.half))
     }
 
+    fn tile(
+        &self,
+        factor: f64,
+        turn: &Rotation3<f64>,
+        planes: &[Vec<f64>; 3],
+        found: &mut dyn FnMut(&Tile),
+    ) -> bool {
+        lattice::tile(&(factor * self.half), turn, planes, found);
+        true
+    }
+
     fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -107,7 +123,7 @@ impl Geometry for Ellipsoid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scatter::{lattice, scatter};
+    use crate::scatter::{lattice, scatter, worst_tiles};
 
     #[test]
     fn boxes_of_a_turned_lattice_sum_to_the_ellipsoid() {
@@ -115,6 +131,16 @@ mod tests {
             let (volume, first) = lattice(&Ellipsoid::new(axes));
             println!("{axes:?}: volume {volume:.1e}, first moment {first:.1e}");
             assert!(volume < 1e-13 && first < 1e-13);
+        }
+    }
+
+    /// Against the boxes one by one.
+    #[test]
+    fn lattice_of_an_ellipsoid_equals_single_boxes() {
+        for axes in [[1.0, 0.8, 0.45], [1.0, 1.0, 1.0], [0.2, 1.0, 0.2]] {
+            let worst = worst_tiles(&Ellipsoid::new(axes));
+            println!("{axes:?}: part, moment, whole volume {worst:?}");
+            assert!(worst[0] < 1e-11 && worst[1] < 1e-11 && worst[2] < 1e-13);
         }
     }
 
@@ -132,6 +158,8 @@ mod tests {
                 assert!((place - point).norm() > distance.abs() - 1e-12);
             }
             assert_eq!(point.component_div(&body.half).norm() < 1.0, distance < 0.0);
+            let clearance = body.clearance(&point).unwrap_or(f64::NAN);
+            assert!(clearance * distance >= 0.0 && clearance.abs() <= distance.abs() + 1e-12);
         }
         println!("feet off the ellipsoid: {worst:.1e}");
         assert!(worst < 1e-12, "{worst:e}");

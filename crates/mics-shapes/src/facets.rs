@@ -11,8 +11,8 @@
 //! ```
 
 use super::convex::Convex;
-use super::{Nearest, Patch, patches};
-use nalgebra::Vector3;
+use super::{Nearest, Patch, Tile, patches, rows};
+use nalgebra::{Rotation3, Vector3};
 use std::cell::RefCell;
 
 /// Part of the size within which corners are one.
@@ -279,6 +279,28 @@ impl Facets {
             }
             room.moments()
         })
+    }
+
+    /// As [`super::Geometry::tile`].
+    pub fn tile(
+        &self,
+        factor: f64,
+        turn: &Rotation3<f64>,
+        planes: &[Vec<f64>; 3],
+        found: &mut dyn FnMut(&Tile),
+    ) {
+        rows::ROOM.with_borrow_mut(|room| {
+            room.begin(planes);
+            room.corners.clear();
+            room.corners.extend(self.corners.iter().map(|corner| factor * (turn * corner)));
+            for face in &self.faces {
+                room.face.clear();
+                let corners = self.edges_of(face).iter().map(|edge| edge.corner as usize);
+                room.face.extend(corners.map(|corner| room.corners[corner]));
+                room.add_face(planes);
+            }
+            room.each(planes, found);
+        });
     }
 
     /// Patches of its faces, about `spacing` (m) wide.

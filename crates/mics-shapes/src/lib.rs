@@ -24,6 +24,7 @@ mod facets;
 mod flags;
 mod flat;
 mod ground;
+mod lattice;
 mod mesh;
 mod obstacle;
 mod outline;
@@ -34,6 +35,7 @@ mod polygon;
 mod polyhedron;
 mod polytope;
 mod region;
+mod rows;
 mod scaled;
 #[cfg(test)]
 mod scatter;
@@ -59,7 +61,7 @@ pub use scaled::Scaled;
 pub use superquadric::Superquadric;
 pub use touch::{Touch, touch, touch_plane};
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// What is wrong with a shape, in words for the user, without the name of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -93,6 +95,18 @@ pub struct Patch {
     pub area: f64,
 }
 
+/// What a body fills of a box of a lattice.
+#[derive(Clone, Copy, Debug)]
+pub struct Tile {
+    /// Number of the box along each axis.
+    pub at: [usize; 3],
+    /// Part of its volume.
+    pub part: f64,
+    /// First moment of that part about the body's centre, along the axes of the lattice, per volume
+    /// of the box (m).
+    pub moment: Vector3<f64>,
+}
+
 /// A solid in its own axes, its centre of volume at the origin.
 pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// 2 or 3.
@@ -113,10 +127,10 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// The nearest point of its surface; any of them where there are several.
     fn nearest(&self, point: &Vector3<f64>) -> Nearest;
 
-    /// Signed distance from the surface (m), or one nearer to zero where that is found sooner: what
-    /// lies further from the surface beyond doubt.
-    fn clearance(&self, point: &Vector3<f64>) -> f64 {
-        self.nearest(point).distance
+    /// A signed distance (m) nearer to zero than that from the surface, of shapes that find one
+    /// sooner: what lies further from the surface beyond doubt.
+    fn clearance(&self, _point: &Vector3<f64>) -> Option<f64> {
+        None
     }
 
     /// A plane that all of it lies below, and all that [`Geometry::filled`] sees of it, of convex
@@ -137,6 +151,19 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// edges `half` (m; own axes, the third zero in 2D), which are normal to each other, and the
     /// integral of the place over that (m4; m3).
     fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>);
+
+    /// Calls with the boxes between planes along each axis (m, ascending, from its centre) that it
+    /// reaches when it is so much larger and turned like this, the first axis fastest. Returns
+    /// false of shapes that have boxes as soon one by one.
+    fn tile(
+        &self,
+        _factor: f64,
+        _turn: &Rotation3<f64>,
+        _planes: &[Vec<f64>; 3],
+        _found: &mut dyn FnMut(&Tile),
+    ) -> bool {
+        false
+    }
 
     /// The feet of the perpendiculars from a point inside on faces between sharp edges, up to
     /// `within` (m) away, each face once; nothing of shapes without edges.

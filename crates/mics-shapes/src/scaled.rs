@@ -1,7 +1,7 @@
 //! A shape at another size: bodies of many sizes share what one of them has been built of.
 
-use super::{Core, Geometry, Nearest, Part, Patch, Polytope};
-use nalgebra::{Matrix3, Vector3};
+use super::{Core, Geometry, Nearest, Part, Patch, Polytope, Tile};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::sync::Arc;
 
 /// A shape with all of its lengths multiplied by a factor.
@@ -78,8 +78,8 @@ impl Geometry for Scaled {
         feet.iter_mut().for_each(|foot| foot.distance *= self.factor);
     }
 
-    fn clearance(&self, point: &Vector3<f64>) -> f64 {
-        self.factor * self.base.clearance(&(point / self.factor))
+    fn clearance(&self, point: &Vector3<f64>) -> Option<f64> {
+        Some(self.factor * self.base.clearance(&(point / self.factor))?)
     }
 
     fn plane(&self, point: &Vector3<f64>) -> Option<Nearest> {
@@ -113,6 +113,16 @@ impl Geometry for Scaled {
         Some(self.factor * way)
     }
 
+    fn tile(
+        &self,
+        factor: f64,
+        turn: &Rotation3<f64>,
+        planes: &[Vec<f64>; 3],
+        found: &mut dyn FnMut(&Tile),
+    ) -> bool {
+        self.base.tile(factor * self.factor, turn, planes, found)
+    }
+
     fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -141,7 +151,8 @@ mod tests {
             let point = 2.0 * built.radius() * Vector3::new(at(1.0), at(2.0), flat * at(3.0));
             let [a, b] = [scaled.nearest(&point), built.nearest(&point)];
             near(a.distance, b.distance);
-            near(scaled.clearance(&point), built.clearance(&point));
+            let clearance = |shape: &dyn Geometry| shape.clearance(&point).unwrap_or(0.0);
+            near(clearance(scaled), clearance(built));
             assert!((a.normal - b.normal).norm() < 1e-6, "{point} {a:?} {b:?}");
             let n = point.normalize();
             near(scaled.extent(&n), built.extent(&n));

@@ -66,3 +66,59 @@ pub fn feet(body: &dyn Geometry, reach: f64) -> f64 {
     }
     worst
 }
+
+/// [`worst_tile`] in lattices that are finer and coarser than a body, with planes through its
+/// centre too.
+pub fn worst_tiles(body: &dyn Geometry) -> [f64; 3] {
+    let mut worst = [0.0f64; 3];
+    for k in 0..60 {
+        let turn = if k % 3 == 0 {
+            Rotation3::identity()
+        } else {
+            let at = |a: usize| 3.0 * scatter(4 * k + a);
+            Rotation3::from_euler_angles(at(0), at(1), at(2))
+        };
+        let h = [0.07, 0.15, 0.4, 1.3][k % 4] * 2.0 * body.radius();
+        let shift = if k % 5 == 0 { 0.0 } else { 0.5 * h * scatter(4 * k + 3) };
+        let n = (1.2 * body.radius() / h) as i32 + 2;
+        let planes =
+            [1.0, 0.8, 1.1].map(|part| (-n..=n).map(|i| part * h * f64::from(i) + shift).collect());
+        worst = worst_tile(body, &turn, &planes, worst);
+    }
+    worst
+}
+
+/// The larger ones of what is given and of how far a lattice is from single boxes: the part of a
+/// box, the moment over the radius, and the sum over all boxes from the volume.
+fn worst_tile(
+    body: &dyn Geometry,
+    turn: &Rotation3<f64>,
+    planes: &[Vec<f64>; 3],
+    mut worst: [f64; 3],
+) -> [f64; 3] {
+    let (mut tiles, mut sum) = (Vec::new(), 0.0);
+    assert!(body.tile(1.0, turn, planes, &mut |tile| tiles.push(*tile)));
+    let mut rest = tiles.iter().peekable();
+    let count = planes.each_ref().map(|planes| planes.len() - 1);
+    for number in 0..count.iter().product() {
+        let at = [number % count[0], number / count[0] % count[1], number / count[0] / count[1]];
+        let end = |n: usize| Vector3::from_fn(|a, _| planes[a][at[a] + n]);
+        let (low, high) = (end(0), end(1));
+        let edges = [0, 1, 2].map(|a| {
+            turn.inverse_transform_vector(&(0.5 * (high[a] - low[a]) * Vector3::ith(a, 1.0)))
+        });
+        let middle = turn.inverse_transform_vector(&(0.5 * (low + high)));
+        let (volume, first) = body.filled(&middle, &edges);
+        let whole = (high - low).product();
+        let (part, moment) = match rest.next_if(|tile| tile.at == at) {
+            Some(tile) => (tile.part, tile.moment),
+            None => (0.0, Vector3::zeros()),
+        };
+        sum += part * whole;
+        let moment = (moment - turn * (first / whole)).norm() / body.radius();
+        worst = [worst[0].max((part - volume / whole).abs()), worst[1].max(moment), worst[2]];
+    }
+    assert!(rest.next().is_none(), "a box comes out of order");
+    worst[2] = worst[2].max((sum / body.volume() - 1.0).abs());
+    worst
+}

@@ -15,9 +15,9 @@
 use super::convex::Convex;
 use super::ellipse::skin;
 use super::facets::Facets;
-use super::{Core, Fault, Geometry, Nearest, Part, Patch, patches};
+use super::{Core, Fault, Geometry, Nearest, Part, Patch, Tile, patches};
 use libm::tgamma;
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3};
 
 /// Directions of faces along each edge of a cube.
 const FACES: usize = 10;
@@ -42,6 +42,11 @@ pub(crate) struct Surface {
     half: Vector3<f64>,
     p: f64,
     q: f64,
+}
+
+/// A number of at least zero to a power, soon where that is whole.
+fn power(x: f64, exponent: f64) -> f64 {
+    if exponent.fract() == 0.0 { x.powi(exponent as i32) } else { x.powf(exponent) }
 }
 
 impl Surface {
@@ -85,8 +90,8 @@ impl Surface {
             return 0.0;
         }
         let x = x / most;
-        let section = x.x.powf(self.q) + x.y.powf(self.q);
-        most * (section.powf(self.p / self.q) + x.z.powf(self.p)).powf(1.0 / self.p)
+        let section = power(x.x, self.q) + power(x.y, self.q);
+        most * power(power(section, self.p / self.q) + power(x.z, self.p), 1.0 / self.p)
     }
 
     /// Outward normal at a point of the surface and the curvatures there (1/m).
@@ -94,7 +99,7 @@ impl Surface {
         let (p, q) = (self.p, self.q);
         let at = x.component_div(&self.half);
         let part = at.abs();
-        let section = (part.x.powf(q) + part.y.powf(q)).powf(1.0 / q);
+        let section = power(power(part.x, q) + power(part.y, q), 1.0 / q);
         // Of the section by itself.
         let even = 0.5f64.powf(1.0 / q);
         let u = if section > 0.0 {
@@ -102,22 +107,22 @@ impl Surface {
         } else {
             Vector2::repeat(even)
         };
-        let lower = section.powf(p - 2.0);
-        let z = part.z.powf(p - 2.0);
-        let power = u.map(|u| u.powf(q - 2.0));
+        let lower = power(section, p - 2.0);
+        let z = power(part.z, p - 2.0);
+        let lean = u.map(|u| power(u, q - 2.0));
         let sign = at.map(|x| 1f64.copysign(x));
         let slope = Vector3::new(
-            lower * section * power.x * u.x,
-            lower * section * power.y * u.y,
+            lower * section * lean.x * u.x,
+            lower * section * lean.y * u.y,
             z * part.z,
         );
         let slope = slope.component_mul(&sign);
         let mut hessian = Matrix3::from_diagonal(&Vector3::new(
-            lower * ((p - q) * (power.x * u.x).powi(2) + (q - 1.0) * power.x),
-            lower * ((p - q) * (power.y * u.y).powi(2) + (q - 1.0) * power.y),
+            lower * ((p - q) * (lean.x * u.x).powi(2) + (q - 1.0) * lean.x),
+            lower * ((p - q) * (lean.y * u.y).powi(2) + (q - 1.0) * lean.y),
             (p - 1.0) * z,
         ));
-        let mixed = lower * (p - q) * power.x * u.x * power.y * u.y * sign.x * sign.y;
+        let mixed = lower * (p - q) * lean.x * u.x * lean.y * u.y * sign.x * sign.y;
         (hessian[(0, 1)], hessian[(1, 0)]) = (mixed, mixed);
         let inverse = Matrix3::from_diagonal(&self.half.map(|a| 1.0 / a));
         let gradient = inverse * slope;
@@ -287,9 +292,9 @@ impl Geometry for Superquadric {
         Nearest { distance: (point - foot).dot(&normal), normal }
     }
 
-    fn clearance(&self, point: &Vector3<f64>) -> f64 {
+    fn clearance(&self, point: &Vector3<f64>) -> Option<f64> {
         let (distance, ..) = self.facets.nearest(point);
-        (distance.abs() - OFF * self.radius).max(0.0).copysign(distance)
+        Some((distance.abs() - OFF * self.radius).max(0.0).copysign(distance))
     }
 
     fn plane(&self, point: &Vector3<f64>) -> Option<Nearest> {
@@ -315,6 +320,17 @@ impl Geometry for Superquadric {
         self.facets.filled(middle, half)
     }
 
+    fn tile(
+        &self,
+        factor: f64,
+        turn: &Rotation3<f64>,
+        planes: &[Vec<f64>; 3],
+        found: &mut dyn FnMut(&Tile),
+    ) -> bool {
+        self.facets.tile(factor, turn, planes, found);
+        true
+    }
+
     fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -328,7 +344,7 @@ impl Geometry for Superquadric {
 mod tests {
     use super::*;
     use crate::Ellipsoid;
-    use crate::scatter::{feet, lattice, scatter};
+    use crate::scatter::{feet, lattice, scatter, worst_tiles};
 
     #[test]
     fn exponents_of_two_are_an_ellipsoid() {
@@ -351,6 +367,16 @@ mod tests {
         }
         println!("distance, normal, part of a box of a sixth: {worst:?}");
         assert!(worst[0] < 1e-9 && worst[1] < 1e-7 && worst[2] < 0.02);
+    }
+
+    /// Against the boxes one by one.
+    #[test]
+    fn lattice_of_a_superquadric_equals_single_boxes() {
+        for exponents in [[8.0, 3.0], [20.0, 20.0]] {
+            let worst = worst_tiles(&Superquadric::new([1.0, 0.7, 0.4], exponents).unwrap());
+            println!("{exponents:?}: part, moment, whole volume {worst:?}");
+            assert!(worst[0] < 1e-11 && worst[1] < 1e-11 && worst[2] < 1e-12);
+        }
     }
 
     #[test]
@@ -378,7 +404,8 @@ mod tests {
                 let way = body.nearest(corner).distance;
                 assert!(way.abs() < OFF * body.radius, "{way}");
                 let point = body.radius * Vector3::from_fn(|a, _| scatter(3 * k + a));
-                let [near, exact] = [body.clearance(&point), body.nearest(&point).distance];
+                let near = body.clearance(&point).unwrap_or(f64::NAN);
+                let exact = body.nearest(&point).distance;
                 assert!(near * exact >= 0.0 && near.abs() <= exact.abs(), "{near} {exact}");
             }
             let [part] = body.parts() else { panic!() };

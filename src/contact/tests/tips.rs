@@ -3,7 +3,7 @@
 
 use super::crowd::Dice;
 use super::obstacles::standing;
-use super::solids::{self, kinetic};
+use super::solids::kinetic;
 use super::*;
 use crate::geometry::Solid;
 use mics_shapes::{Ellipse, Geometry, Obstacle, Polygon, Polyhedron, Room};

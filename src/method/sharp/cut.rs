@@ -1,6 +1,6 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
-use super::cut_body::{BEYOND, Before, CutBody, GhostCell};
+use super::cut_body::{BEYOND, CutBody, GhostCell};
 use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Surroundings, smooth_step};
 use super::ghost_width;
@@ -8,6 +8,7 @@ use super::local::LocalBodies;
 use super::near::{NearBodies, are_one, walls_within};
 use super::neighbour::{self, Neighbour};
 use super::profile::{self, Parabola};
+use super::seen::Before;
 use super::shared::SharedCells;
 use super::stencil::Cubic;
 use super::values::Flow;
@@ -21,6 +22,7 @@ use crate::reach::Reach;
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
+use std::cell::Cell;
 
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
@@ -39,6 +41,8 @@ pub struct CutBodies<const D: usize> {
     before: Vec<Before>,
     /// Those near the body that is rebuilt.
     beside: Vec<Neighbour>,
+    /// What it was rebuilt with of the friction in gaps.
+    friction: f64,
     /// Cells to which several bodies are equally near, and that they set.
     shared: SharedCells,
     /// Scratch of what a body fills, and by axis of the arms to the faces that it covers (m).
@@ -87,6 +91,7 @@ impl<const D: usize> CutBodies<D> {
             joined: joined(bodies),
             before: bodies.iter().map(Before::here).collect(),
             beside: Vec::with_capacity(16),
+            friction: 0.0,
             shared: SharedCells::with_capacity(shared),
             tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
             arms: std::array::from_fn(|_| Vec::with_capacity(most)),
@@ -144,7 +149,8 @@ impl<const D: usize> CutBodies<D> {
             if cubic { profile::slope_of_means(distance) } else { profile::slope(distance) };
         for (k, cut) in self.bodies.each_mut() {
             let near = &self.near.near[k];
-            if !wanted(&bodies[k]) && near.is_empty() && !self.near.had[k] && !cut.is_empty() {
+            let another = friction != self.friction;
+            if !wanted(&bodies[k]) && stays(&self.near, k, &bodies[k], cut, another) {
                 continue;
             }
             self.beside.clear();
@@ -171,6 +177,7 @@ impl<const D: usize> CutBodies<D> {
                 numerics: &domain.numerics,
                 h: self.h,
                 friction,
+                rubs: Cell::new(false),
                 cubic,
                 reach,
                 walls: walls_within(grid, &bodies[k].centre, &reached),
@@ -179,6 +186,7 @@ impl<const D: usize> CutBodies<D> {
             };
             cut.rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
         }
+        self.friction = friction;
         self.shared.share(self.bodies.as_mut_slice());
         self.set_apertures(domain);
     }
@@ -340,6 +348,21 @@ impl<const D: usize> CutBodies<D> {
             }
         }
     }
+}
+
+/// Whether the cut of the body `k`, which does not move, stays as it is, if it is here; the
+/// friction in gaps may be `another`.
+fn stays<const D: usize>(
+    near: &NearBodies,
+    k: usize,
+    body: &Body,
+    cut: &mut CutBody<D>,
+    another: bool,
+) -> bool {
+    if near.near[k].is_empty() && !near.had[k] {
+        return !cut.is_empty();
+    }
+    !near.restless[k] && cut.stays(body, another)
 }
 
 /// Per body, the obstacles that are one solid with it.

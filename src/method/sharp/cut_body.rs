@@ -5,11 +5,13 @@
 use super::gap::{self, Surroundings};
 use super::near::walls_within;
 use super::neighbour;
+use super::normal::Normal;
+use super::seen::{Before, Feet, Kept, KeptFace};
 use super::shared_cell::SharedCell;
-use super::stencil::{Cubic, Normal, Reading, Stencils};
+use super::stencil::{Cubic, Reading, Stencils};
 use crate::geometry::{
-    Block, Cut, Cuts, FaceCentroids, Nearest, Orientation, Overlap, Placed, Shape, SurfacePoint,
-    Tiles, aperture, fraction, images,
+    Block, Cut, Cuts, FaceCentroids, Overlap, Placed, Shape, SurfacePoint, Tiles, aperture,
+    fraction, images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::numerics::Numerics;
@@ -25,22 +27,6 @@ const MOST_FEET: usize = 16;
 
 /// A body shares at most one of so many of its cells: they lie in the plane between two.
 const FEW: usize = 4;
-
-/// How a body lay before it moved.
-#[derive(Clone, Copy, Debug)]
-pub struct Before {
-    /// From there to where it is now (m).
-    pub way: Vector3<f64>,
-    /// How it was turned.
-    pub orientation: Orientation,
-}
-
-impl Before {
-    /// It lay as it lies.
-    pub fn here(body: &Body) -> Before {
-        Before { way: Vector3::zeros(), orientation: body.orientation() }
-    }
-}
 
 /// A cell whose velocity a body sets.
 #[derive(Clone, Debug)]
@@ -94,6 +80,8 @@ pub struct CutBody<const D: usize> {
     pub owners: [Vec<[u32; 2]>; D],
     /// Whether another body or a surface is so near that there may be some in narrow gaps.
     pub has_neighbours: bool,
+    /// Whether what it has of gaps depends on how long the step is.
+    rubs: bool,
     /// Those in narrow gaps that are nearest to it, by axis.
     pub gaps: [Vec<GapFace>; D],
     /// Whether it may cover faces of cells at a closed side of the box.
@@ -115,7 +103,9 @@ pub struct CutBody<const D: usize> {
     /// The share of each in its ghost cell, of a body that is not round.
     pub shares: Vec<f64>,
     /// Scratch of the faces that are about as near to a ghost cell.
-    pub(super) feet: Vec<Nearest>,
+    pub(super) feet: Feet,
+    /// What it found before, of a body that stays where it is.
+    pub(super) kept: Option<Box<Kept<D>>>,
     /// The velocity that each is set to (m/s), as last found.
     pub targets: Vec<Vector3<f64>>,
     /// Velocity of each at the start of the step less the target at its end (m/s), where steps need
@@ -180,6 +170,7 @@ impl<const D: usize> CutBody<D> {
             at_sides: std::array::from_fn(|_| Cuts::with_capacity(0)),
             owners: std::array::from_fn(|_| Vec::new()),
             has_neighbours: false,
+            rubs: false,
             gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
             at_boundary: false,
             solid: Vec::with_capacity(cells(0.0)),
@@ -190,7 +181,8 @@ impl<const D: usize> CutBody<D> {
             ghost_cells: Vec::with_capacity(ghosts),
             profiles: Vec::with_capacity(ghosts),
             shares: Vec::with_capacity(if shape.is_round() { 0 } else { ghosts }),
-            feet: Vec::with_capacity(MOST_FEET),
+            feet: Feet::with_capacity(MOST_FEET),
+            kept: None,
             targets: Vec::with_capacity(ghosts),
             offsets: Vec::with_capacity(ghosts),
             shared_ghost_cells: Vec::with_capacity(ghosts / FEW),
@@ -209,6 +201,7 @@ impl<const D: usize> CutBody<D> {
             at_sides: std::array::from_fn(|_| Cuts::with_capacity(0)),
             owners: std::array::from_fn(|_| Vec::new()),
             has_neighbours: false,
+            rubs: false,
             gaps: std::array::from_fn(|_| Vec::new()),
             at_boundary: false,
             solid: Vec::new(),
@@ -219,7 +212,8 @@ impl<const D: usize> CutBody<D> {
             ghost_cells: Vec::new(),
             profiles: Vec::new(),
             shares: Vec::new(),
-            feet: Vec::new(),
+            feet: Feet::default(),
+            kept: None,
             targets: Vec::new(),
             offsets: Vec::new(),
             shared_ghost_cells: Vec::new(),
@@ -263,16 +257,12 @@ impl<const D: usize> CutBody<D> {
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
         let (grid, body, orientation) = (around.grid, &around.bodies[k], &around.orientation);
-        let (shape, placed) = (
-            body.shape(),
-            Placed { shape: body.shape(), centre: body.centre, orientation: *orientation },
-        );
+        let shape = body.shape();
         self.has_neighbours = around.has_neighbours(k);
         let tight =
             if self.has_neighbours { gap::unresolved(around.numerics) * around.h } else { 0.0 };
         let bounds = shape.bounds(orientation).sup(&shape.bounds(&before.orientation));
-        let extent = bounds.add_scalar(before.way.norm().max(tight));
-        let reached = extent.add_scalar(BEYOND * around.h);
+        let reached = bounds.add_scalar(before.way.norm().max(tight)).add_scalar(BEYOND * around.h);
         if images(grid, body.shape(), &body.centre)
             .all(|image| Block::owned(grid, &image, &reached).ends().is_none())
         {
@@ -285,6 +275,49 @@ impl<const D: usize> CutBody<D> {
         if self.quadrature_points.is_empty() {
             self.quadrature_points = shape.surface(around.h).into();
         }
+        self.find_covered(around, k, &bounds, tiles, arms);
+        self.clear();
+        self.stencils.begin(grid, &body.centre);
+        self.find_cells(around, k, before, &bounds, tight);
+        if tight > 0.0 {
+            self.find_gaps(around, k, arms);
+        }
+        self.place_points(around, k);
+        self.rubs = around.rubs.get();
+    }
+
+    /// Whether all that it has found of a body that nothing moves near to stays as it is; its faces
+    /// are then as before others shared them. The friction in gaps may be `another`.
+    pub fn stays(&mut self, body: &Body, another: bool) -> bool {
+        let stays = self.is_kept(body) && !(self.rubs && another);
+        if stays {
+            self.restore_faces();
+        }
+        stays
+    }
+
+    fn is_kept(&self, body: &Body) -> bool {
+        self.kept.as_ref().is_some_and(|kept| kept.is_of(body))
+    }
+
+    /// Finds the faces and the parts of cells that the body `k` covers, within `bounds` about its
+    /// centre (m), and the `arms` to the faces (m); of one that lies where it was found, they are
+    /// as they were.
+    fn find_covered(
+        &mut self,
+        around: &Surroundings<D>,
+        k: usize,
+        bounds: &Vector3<f64>,
+        tiles: &mut Tiles,
+        arms: &mut [Vec<Vector3<f64>>; D],
+    ) {
+        let (grid, body, orientation) = (around.grid, &around.bodies[k], around.orientation);
+        if self.is_kept(body) {
+            self.restore_faces();
+            return;
+        }
+        let (shape, placed) =
+            (body.shape(), Placed { shape: body.shape(), centre: body.centre, orientation });
         let mut points = self.quadrature_points.windows(2);
         self.flat = points.any(|two| two[0].normal == two[1].normal);
         // A face along an axis has a cell on either side.
@@ -300,13 +333,27 @@ impl<const D: usize> CutBody<D> {
         }
         self.find_owners(grid, shape, arms);
         fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
-        self.clear();
-        self.stencils.begin(grid, &body.centre);
-        self.find_cells(around, k, before, &extent, tight);
-        if tight > 0.0 {
-            self.find_gaps(around, k, arms);
+        self.kept = Kept::of(body);
+        if let Some(kept) = &mut self.kept {
+            for ((kept, cuts), arms) in kept.faces.iter_mut().zip(&self.cuts).zip(arms) {
+                kept.extend(cuts.iter().zip(arms).map(|(cut, arm)| {
+                    let Cut { solid_fraction, .. } = *cut;
+                    let distance = || around.distance(shape, &orientation, arm);
+                    let distance = if solid_fraction < 1.0 { distance() } else { 0.0 };
+                    KeptFace { solid_fraction, arm: *arm, distance }
+                }));
+            }
         }
-        self.place_points(around, k);
+    }
+
+    /// Covers the faces again as they were before others shared them.
+    fn restore_faces(&mut self) {
+        let Some(kept) = &self.kept else { return };
+        for (cuts, kept) in self.cuts.iter_mut().zip(&kept.faces) {
+            for (cut, kept) in cuts.iter_mut().zip(kept) {
+                cut.solid_fraction = kept.solid_fraction;
+            }
+        }
     }
 
     /// Finds to which obstacles the cells beside its faces belong, by the arms to these (m), where
@@ -326,10 +373,17 @@ impl<const D: usize> CutBody<D> {
 
     /// Finds the faces in gaps that the grid does not resolve, by the arms to their centres (m).
     fn find_gaps(&mut self, around: &Surroundings<D>, k: usize, arms: &[Vec<Vector3<f64>>; D]) {
-        let shape = around.bodies[k].shape();
-        for ((cuts, arms), gaps) in self.cuts.iter().zip(arms).zip(&mut self.gaps) {
-            for (cut, arm) in cuts.iter().zip(arms).filter(|(cut, _)| cut.solid_fraction < 1.0) {
-                let own = around.distance(shape, &around.orientation, arm);
+        let (shape, kept) = (around.bodies[k].shape(), self.kept.as_ref());
+        for (axis, gaps) in self.gaps.iter_mut().enumerate() {
+            let cuts = self.cuts[axis].iter().enumerate();
+            for (n, cut) in cuts.filter(|(_, cut)| cut.solid_fraction < 1.0) {
+                let (arm, own) = kept.map_or_else(
+                    || {
+                        let arm = &arms[axis][n];
+                        (arm, around.distance(shape, &around.orientation, arm))
+                    },
+                    |kept| (&kept.faces[axis][n].arm, kept.faces[axis][n].distance),
+                );
                 let (share, kept) = around.flow(around.width_at(k, arm, own));
                 if kept > 0.0 && around.is_nearest(k, arm, own) {
                     gaps.push(GapFace { face: cut.face, share, kept: kept * kept });
@@ -358,6 +412,7 @@ impl<const D: usize> CutBody<D> {
         let bounds = body.shape().bounds(&around.orientation);
         let inside = Block::is_inside(grid, &body.centre, &bounds)
             .then(|| self.stencils.image(grid, body.centre));
+        let mut kept = self.kept.take();
         for i in 0..self.quadrature_points.len() {
             let SurfacePoint { place, normal, area } = self.quadrature_points[i];
             let arm = around.orientation * place;
@@ -367,10 +422,16 @@ impl<const D: usize> CutBody<D> {
                 Some(self.stencils.image(grid, centre))
             };
             let Some(image) = inside.or_else(image) else { continue };
-            let normal = Normal::new(around.round, &arm, 0.0, around.orientation * normal);
+            let mut normal = Normal::new(around.round, &arm, 0.0, around.orientation * normal);
+            let ahead = || around.ahead(&normal, false);
+            normal.ahead = match &mut kept {
+                Some(kept) if around.round.is_none() => kept.ahead_of(self.areas.len(), ahead),
+                _ => ahead(),
+            };
             let stencil = self.stencils.slope(around, &image, &normal);
             self.points.push(Reading { arm, stencil, place: self.areas.len() as u32 });
             self.areas.push(area);
         }
+        self.kept = kept;
     }
 }

@@ -8,14 +8,14 @@
 //!   .   .  . --+   .
 //! ```
 
-use super::PROFILE_DEPTH;
-use super::cut_body::{Before, CutBody, GhostCell, OwnCell};
-use super::gap::{Surroundings, smooth_step};
+use super::cut_body::{CutBody, GhostCell, OwnCell};
+use super::gap::{Surroundings, smooth_step, unresolved};
+use super::normal::{Foot, Normal};
+use super::seen::{Before, Feet, Known, Reach, SeenCell, Sight};
 use super::shared_cell::SharedCell;
-use super::stencil::{Image, Normal, Reading, Stencil};
-use crate::geometry::{Block, Overlap, Planes, Shape, images};
+use super::stencil::{Image, Reading, Stencil};
+use crate::geometry::{Block, Overlap, images};
 use crate::grid::Grid;
-use crate::particles::Body;
 use nalgebra::Vector3;
 
 /// Distance (spacings) up to which cells outside a fixed flat surface have the profile in place of
@@ -32,72 +32,67 @@ fn beside_face<const D: usize>(grid: &Grid<D>) -> f64 {
     (0..D).map(square).fold(0.0, f64::max).sqrt()
 }
 
-/// How far outside a body cells concern it (m).
-struct Reach {
-    /// In gaps that the grid does not resolve.
-    tight: f64,
-    /// As far as a point of the body went.
-    way: f64,
-    /// Beside the faces that it covers.
-    beside: f64,
-    /// With a profile as those inside have.
-    outside: f64,
-}
-
-/// What a body sees of a cell.
-struct Seen {
-    /// Signed distance from the surface (m), and the normal there of a body that is not round.
-    s: f64,
-    normal: Option<Vector3<f64>>,
-    /// Whether the body has just left it.
-    cleared: bool,
-}
-
-impl Reach {
-    /// What a body of this shape, which lay `before`, sees of the cell at `arm` (m); none where
-    /// that is nothing to it.
-    fn seen<const D: usize>(
-        &self,
-        around: &Surroundings<D>,
-        shape: &dyn Shape,
-        before: &Before,
-        arm: &Vector3<f64>,
-        touched: bool,
-        planes: &mut Planes,
-    ) -> Option<Seen> {
-        let (orientation, point) = (&around.orientation, Vector3::zeros());
-        let far = self.tight.max(self.way).max(self.beside);
-        if !touched && around.round.is_none() && planes.clears(shape, orientation, arm, &point, far)
-        {
-            return None;
-        }
-        let (s, normal) = around.nearest(shape, orientation, arm);
-        let cleared = s > 0.0
-            && s <= self.way
-            && around.distance(shape, &before.orientation, &(arm + before.way)) <= 0.0;
-        let concerns = touched || cleared || s <= self.tight || s < self.beside;
-        (concerns && shape.owns(orientation, arm)).then_some(Seen { s, normal, cleared })
-    }
-}
-
 impl<const D: usize> CutBody<D> {
-    /// Finds its own cells and its ghost cells within an extent (m), of which those in gaps
-    /// narrower than `tight` (m) lie outside.
+    /// Finds its own cells and its ghost cells within `bounds` about its centre (m), of which those
+    /// in gaps narrower than `tight` (m) lie outside. A body that stays where it is sees each cell
+    /// once, as far as it ever may.
     pub(super) fn find_cells(
         &mut self,
         around: &Surroundings<D>,
         k: usize,
         before: &Before,
-        extent: &Vector3<f64>,
+        bounds: &Vector3<f64>,
         tight: f64,
+    ) {
+        let reach = self.reach(around, k, before, tight);
+        let (mut kept, mut feet) = (self.kept.take(), std::mem::take(&mut self.feet));
+        if let Some(kept) = kept.as_mut().filter(|_| around.round.is_none()) {
+            if !kept.sees {
+                let reach = self.reach(around, k, before, unresolved(around.numerics) * around.h);
+                self.see_cells(around, k, before, bounds, &reach, |_, mut seen| {
+                    seen.find_feet(around, k, &reach, &mut kept.feet, &mut feet.near);
+                    kept.cells.push(seen);
+                });
+                kept.sees = true;
+            }
+            for seen in &kept.cells {
+                let owned = around.ownership(&seen.arm, seen.sight.s);
+                self.add_cell(around, &reach, seen, owned, &kept.feet);
+            }
+        } else {
+            let Feet { near, of_cell } = &mut feet;
+            self.see_cells(around, k, before, bounds, &reach, |body, mut seen| {
+                let owned = around.ownership(&seen.arm, seen.sight.s);
+                of_cell.clear();
+                if owned > 0.0 {
+                    seen.find_feet(around, k, &reach, of_cell, near);
+                }
+                body.add_cell(around, &reach, &seen, owned, of_cell);
+            });
+        }
+        (self.kept, self.feet) = (kept, feet);
+        self.targets.clear();
+        self.targets.resize(self.ghost_cells.len(), Vector3::zeros());
+    }
+
+    /// Calls with the cells that concern it, of those within `bounds` about its centre (m) and the
+    /// reach beyond.
+    fn see_cells(
+        &mut self,
+        around: &Surroundings<D>,
+        k: usize,
+        before: &Before,
+        bounds: &Vector3<f64>,
+        reach: &Reach,
+        mut found: impl FnMut(&mut CutBody<D>, SeenCell),
     ) {
         let (grid, body) = (around.grid, &around.bodies[k]);
         let mut touched_cells = 0;
-        let reach = self.reach(around, body, before, tight);
+        let extent = bounds.add_scalar(before.way.norm().max(reach.tight));
         let extent = extent.add_scalar(reach.beside);
         for centre in images(grid, body.shape(), &body.centre) {
             let image = self.stencils.image(grid, centre);
-            let mut planes = Planes::default();
+            let mut known = Known::default();
             for at in Block::owned(grid, &centre, &extent) {
                 let arm = Vector3::from_fn(|a, _| {
                     if a < D { (at[a] as f64 + 0.5) * grid.h[a] - centre[a] } else { 0.0 }
@@ -107,30 +102,45 @@ impl<const D: usize> CutBody<D> {
                 // the first that another image touches.
                 let own =
                     |solid: &Overlap| solid.cell == cell && (solid.arm - arm).amax() < around.h;
-                let touched = self.solid.get(touched_cells).is_some_and(own);
-                touched_cells += usize::from(touched);
-                let seen = reach.seen(around, body.shape(), before, &arm, touched, &mut planes);
-                let Some(seen) = seen else { continue };
-                let s = seen.s;
-                let owned = around.ownership(&arm, s);
-                // A cell beside a covered face counts from where it does not touch the body yet: as
-                // the surface passes a line of the grid, nothing jumps.
-                if (touched || s < reach.beside) && owned > 0.0 {
-                    let arm = if touched { self.solid[touched_cells - 1].arm } else { arm };
-                    self.add_own_cell(arm, owned, cell);
-                }
-                if (s <= tight.max(reach.outside) || seen.cleared) && owned > 0.0 {
-                    self.add_ghost_cell(around, k, &image, &arm, seen, owned, cell);
+                let touched = self.solid.get(touched_cells).filter(|solid| own(solid));
+                let touched = touched.map(|solid| solid.arm);
+                touched_cells += usize::from(touched.is_some());
+                let shape = body.shape();
+                let sight = reach.sight(around, shape, before, &arm, touched.is_some(), &mut known);
+                if let Some(sight) = sight {
+                    let cell = cell as u32;
+                    found(self, SeenCell { image, arm, touched, sight, cell, feet: [0; 2] });
                 }
             }
         }
         debug_assert_eq!(touched_cells, self.solid.len());
-        self.targets.clear();
-        self.targets.resize(self.ghost_cells.len(), Vector3::zeros());
+    }
+
+    /// Adds a cell, so far as it is `owned`, with its feet among those given.
+    fn add_cell(
+        &mut self,
+        around: &Surroundings<D>,
+        reach: &Reach,
+        seen: &SeenCell,
+        owned: f64,
+        feet: &[Foot],
+    ) {
+        if owned <= 0.0 {
+            return;
+        }
+        // A cell beside a covered face counts from where it does not touch the body yet: as the
+        // surface passes a line of the grid, nothing jumps.
+        if seen.touched.is_some() || seen.sight.s < reach.beside {
+            self.add_own_cell(seen.touched.unwrap_or(seen.arm), owned, seen.cell);
+        }
+        if reach.sets(&seen.sight) {
+            self.add_ghost_cell(around, seen, owned, &feet[seen.feet()]);
+        }
     }
 
     /// How far from a body cells concern it, of which those in gaps do up to `tight` (m).
-    fn reach(&self, around: &Surroundings<D>, body: &Body, before: &Before, tight: f64) -> Reach {
+    fn reach(&self, around: &Surroundings<D>, k: usize, before: &Before, tight: f64) -> Reach {
+        let body = &around.bodies[k];
         // No body has left a cell that is further off than a point of it went.
         let turned = (around.orientation.matrix() - before.orientation.matrix()).norm();
         let turned = if around.round.is_some() { 0.0 } else { turned };
@@ -142,93 +152,74 @@ impl<const D: usize> CutBody<D> {
         }
     }
 
-    fn add_own_cell(&mut self, arm: Vector3<f64>, owned: f64, cell: usize) {
+    fn add_own_cell(&mut self, arm: Vector3<f64>, owned: f64, cell: u32) {
         if owned < 1.0 {
             let next = SharedCell::next(&self.own_cells, cell, owned, 1.0, false);
             self.shared_own_cells.push(next);
         }
-        let (ownership, cell, cut_change) = (owned, cell as u32, [0.0; D]);
+        let (ownership, cut_change) = (owned, [0.0; D]);
         self.own_cells.push(OwnCell { ownership, cut_change, cell });
         self.own_arms.push(arm);
     }
 
-    /// Adds the ghost cell at `arm` (m), of which the body has `seen` this, and the profile that it
-    /// needs.
-    #[allow(clippy::too_many_arguments)]
+    /// Adds a ghost cell, and the profiles that it needs, from these feet; the deep ones have none.
     fn add_ghost_cell(
         &mut self,
         around: &Surroundings<D>,
-        k: usize,
-        image: &Image,
-        arm: &Vector3<f64>,
-        Seen { s, normal, cleared }: Seen,
+        seen: &SeenCell,
         owned: f64,
-        cell: usize,
+        feet: &[Foot],
     ) {
-        let (body, shared) = (&around.bodies[k], owned < 1.0);
-        let normal =
-            || Normal::new(around.round, arm, s, normal.unwrap_or_else(|| arm.normalize()));
+        let (SeenCell { image, arm, cell, .. }, shared) = (seen, owned < 1.0);
+        let Sight { s, cleared, .. } = seen.sight;
         let mut weight = 1.0;
-        if s > 0.0 && !cleared {
-            let (across, share) = self.stencils.profile_across(around, image, &normal(), s);
+        if let (true, [foot]) = (s > 0.0 && !cleared, feet) {
+            let normal = foot.normal(around.round, arm);
+            let (across, share) = self.stencils.profile_across(around, image, &normal, s);
             weight = share;
             if weight > 0.0 {
                 self.add_profile(around, arm, across, 1.0);
             } else if self.flat && around.cubic && s < 2.0 * CLOSE * around.h {
                 weight = 1.0 - smooth_step(s / around.h, CLOSE, 2.0 * CLOSE);
-                self.add_profile_at(around, image, arm, s, &normal(), 1.0);
+                self.add_profile_at(around, image, arm, &normal, foot, 1.0);
             } else if !shared {
                 return;
             }
-        } else if s > -body.radius().min(PROFILE_DEPTH * around.h) {
-            self.find_feet(around, body.shape(), arm, s);
-            if self.feet.len() < 2 {
-                self.add_profile_at(around, image, arm, s, &normal(), 1.0);
-                self.feet.clear();
-            }
-            let all: f64 = (0..self.feet.len()).map(|i| around.share_of(s, i, &self.feet)).sum();
-            for i in 0..self.feet.len() {
-                let foot = self.feet[i];
-                let share = around.share_of(s, i, &self.feet) / all;
-                let normal = Normal::new(None, arm, foot.distance, foot.normal);
-                self.add_profile_at(around, image, arm, foot.distance, &normal, share);
+        } else if let [foot] = feet {
+            self.add_profile_at(around, image, arm, &foot.normal(around.round, arm), foot, 1.0);
+        } else {
+            let all: f64 = (0..feet.len()).map(|i| around.share_of(s, i, feet)).sum();
+            for (i, foot) in feet.iter().enumerate() {
+                let share = around.share_of(s, i, feet) / all;
+                self.add_profile_at(
+                    around,
+                    image,
+                    arm,
+                    &foot.normal(around.round, arm),
+                    foot,
+                    share,
+                );
             }
         }
         if shared {
-            let next = SharedCell::next(&self.ghost_cells, cell, owned, weight, cleared);
+            let next = SharedCell::next(&self.ghost_cells, *cell, owned, weight, cleared);
             self.shared_ghost_cells.push(next);
         }
-        let (arm, cell, first) = (*arm, cell as u32, true);
+        let (arm, cell, first) = (*arm, *cell, true);
         self.ghost_cells.push(GhostCell { arm, weight, cell, cleared, first });
     }
 
-    /// Finds the faces of a body with sharp edges that are about as near to the cell inside at
-    /// `arm` (m) as the nearest, at the signed distance `s` (m).
-    fn find_feet(
-        &mut self,
-        around: &Surroundings<D>,
-        shape: &dyn Shape,
-        arm: &Vector3<f64>,
-        s: f64,
-    ) {
-        self.feet.clear();
-        if around.round.is_none() {
-            let within = around.beside_nearest(s) - s;
-            shape.feet(&around.orientation, arm, within, &mut self.feet);
-        }
-    }
-
-    /// Adds the profile at the signed distance `s` (m) along a normal to the ghost cell that comes
-    /// next.
+    /// Adds the profile from a foot along its normal to the ghost cell that comes next.
     fn add_profile_at(
         &mut self,
         around: &Surroundings<D>,
         image: &Image,
         arm: &Vector3<f64>,
-        s: f64,
         normal: &Normal,
+        foot: &Foot,
         share: f64,
     ) {
+        let s = foot.near.distance;
         let stencil = self.stencils.profile(around, image, normal, s);
         if around.cubic {
             let own = Reading { arm: *arm, stencil, place: self.ghost_cells.len() as u32 };

@@ -16,12 +16,14 @@
 //! of an impact's energy with it.
 
 use super::neighbour::Neighbour;
+use super::normal::{Ahead, Foot, Normal};
 use super::profile::Parabola;
 use crate::geometry::{Nearest, Orientation, Shape};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::Numerics;
 use crate::particles::Body;
 use nalgebra::Vector3;
+use std::cell::Cell;
 
 /// Rate at which friction slows the flow through a gap that the grid does not resolve (nu over the
 /// width squared): that of Poiseuille's parabola between two walls.
@@ -83,6 +85,8 @@ pub struct Surroundings<'a, const D: usize> {
     /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by
     /// `exp(-friction)`.
     pub friction: f64,
+    /// Whether any of what is built depends on that.
+    pub rubs: Cell<bool>,
     /// Whether cells near the wall take the cubic extrapolation: where no body moves.
     pub cubic: bool,
     /// Beyond which gap nothing is felt of what lies there (m).
@@ -179,20 +183,36 @@ impl<const D: usize> Surroundings<'_, D> {
         (distance, Some(normal))
     }
 
-    /// How much of a profile of second or third order holds at a surface through the point at
-    /// `foot` (m from the centre of the body that is built), with the gap of this width (m) along
-    /// the normal `n`: all of it far from corners, nothing where the second image point is half as
-    /// far from another wall beside the normal. A cell close to two walls of a corner between
-    /// obstacles would have twice the imaginary part of an eigenvalue that one wall gives it, which
-    /// Legendre stages do not bear.
-    pub fn clear_of_corners(&self, foot: &Vector3<f64>, n: &Vector3<f64>, width: f64) -> f64 {
-        let own = self.bodies[self.body].shape();
+    /// The second image point along a normal, and how far out that is (m).
+    fn second_point(&self, normal: &Normal) -> (Vector3<f64>, f64) {
         let out = 2.0 * self.numerics.image_point * self.h;
-        let point = foot + out * n;
-        let mut least = out;
-        if own.is_obstacle() {
-            least = least.min(self.distance(own, &self.orientation, &point));
+        (normal.foot + out * normal.n, out)
+    }
+
+    /// What the body that is built has of itself along a normal; of a corner only with `corners`.
+    pub fn ahead(&self, normal: &Normal, corners: bool) -> Ahead {
+        let shape = self.bodies[self.body].shape();
+        if self.round.is_some() {
+            return Ahead::NOTHING;
         }
+        // Across a concave seam lies the body itself.
+        let itself = shape.meets_itself(&self.orientation, &normal.foot, &normal.n);
+        let mut corner = f64::INFINITY;
+        if corners && shape.is_obstacle() {
+            corner = self.distance(shape, &self.orientation, &self.second_point(normal).0);
+        }
+        Ahead { itself: itself.unwrap_or(f64::INFINITY), corner }
+    }
+
+    /// How much of a profile of second or third order holds at a surface along a normal of the body
+    /// that is built, with the gap of this width (m) along that: all of it far from corners,
+    /// nothing where the second image point is half as far from another wall beside the normal. A
+    /// cell close to two walls of a corner between obstacles would have twice the imaginary part of
+    /// an eigenvalue that one wall gives it, which Legendre stages do not bear.
+    pub fn clear_of_corners(&self, normal: &Normal, width: f64) -> f64 {
+        let own = self.bodies[self.body].shape();
+        let (point, out) = self.second_point(normal);
+        let mut least = out.min(normal.ahead.corner);
         for near in self.near.iter().filter(|near| !near.is_beyond(&point, out)) {
             if own.is_obstacle() || self.bodies[near.body].shape().is_obstacle() {
                 least = least.min(near.distance(self.bodies, &point));
@@ -208,7 +228,11 @@ impl<const D: usize> Surroundings<'_, D> {
     pub fn flow(&self, width: f64) -> (f64, f64) {
         let gap = (width / self.h).max(1e-6);
         let share = Shares::of(gap, self.numerics).across;
-        (share, if share > 0.0 { (-self.friction / (gap * gap)).exp() } else { 0.0 })
+        if share == 0.0 {
+            return (0.0, 0.0);
+        }
+        self.rubs.set(true);
+        (share, (-self.friction / (gap * gap)).exp())
     }
 
     /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, `own`
@@ -258,8 +282,8 @@ impl<const D: usize> Surroundings<'_, D> {
     /// 1 of the nearest, 0 where the foot would leave its face for one of the others,
     /// `d_i = (n_i.n) d`. Along the middle between two faces it is the same for both, so that
     /// nothing jumps as the body moves, and no symmetry is left to rounding.
-    pub fn share_of(&self, s: f64, own: usize, feet: &[Nearest]) -> f64 {
-        let foot = feet[own];
+    pub fn share_of(&self, s: f64, own: usize, feet: &[Foot]) -> f64 {
+        let foot = feet[own].near;
         let near = 1.0 - (s - foot.distance) / self.beside_nearest(s);
         let on_face = |other: &Nearest| {
             let cosine = other.normal.dot(&foot.normal);
@@ -267,7 +291,7 @@ impl<const D: usize> Surroundings<'_, D> {
         };
         // Of itself that would be the ratio of two roundings.
         let others = feet.iter().enumerate().filter(|(i, _)| *i != own);
-        let on_face = others.map(|(_, other)| on_face(other)).fold(1.0, f64::min);
+        let on_face = others.map(|(_, other)| on_face(&other.near)).fold(1.0, f64::min);
         smooth_step(near, 0.0, 1.0) * smooth_step(on_face, 0.0, 1.0)
     }
 
@@ -301,16 +325,14 @@ impl<const D: usize> Surroundings<'_, D> {
         !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
     }
 
-    /// The gap (m) from the point `foot` (m, from its centre) of a body's wall, that centre at
-    /// `image`, along the normal `n` to the next body or wall.
-    pub fn gap(&self, image: &Vector3<f64>, foot: &Vector3<f64>, n: &Vector3<f64>) -> Gap {
+    /// The gap (m) along a normal of a body's wall, its centre at `image` (m), to the next body or
+    /// wall.
+    pub fn gap(&self, image: &Vector3<f64>, normal: &Normal) -> Gap {
+        let Normal { n, foot, ahead, .. } = normal;
         let mut gap = Gap { width: f64::INFINITY, other: Other::Nothing };
-        if self.round.is_none() {
-            // Across a concave seam lies the body itself.
-            let shape = self.bodies[self.body].shape();
-            if let Some(width) = shape.meets_itself(&self.orientation, foot, n) {
-                gap = Gap { width, other: Other::Body(self.body, foot + width * n, None) };
-            }
+        if ahead.itself.is_finite() {
+            let width = ahead.itself;
+            gap = Gap { width, other: Other::Body(self.body, foot + width * n, None) };
         }
         for near in self.near.iter().filter(|near| near.apart.dot(n) > near.grazes) {
             let Some(width) = near.meets(self.bodies, foot, n, self.reach) else { continue };

@@ -11,6 +11,8 @@ pub struct NearBodies {
     pub near: Vec<Vec<usize>>,
     /// Whether a body had others near before the last search.
     pub had: Vec<bool>,
+    /// Whether any of those, or of those near it now, moves.
+    pub restless: Vec<bool>,
     neighbours: Box<Neighbours>,
     /// The obstacles among them, which are looked at one by one.
     obstacles: Vec<usize>,
@@ -34,6 +36,7 @@ impl NearBodies {
         NearBodies {
             near: (0..n).map(|_| Vec::with_capacity(room)).collect(),
             had: vec![false; n],
+            restless: vec![false; n],
             neighbours: Box::new(Neighbours::new(bodies, size, periods)),
             obstacles: (0..n).filter(|k| bodies[*k].shape().is_obstacle()).collect(),
             largest: bodies
@@ -46,8 +49,10 @@ impl NearBodies {
 
     /// Finds them anew.
     pub fn find(&mut self, bodies: &[Body]) {
-        for (had, near) in self.had.iter_mut().zip(&mut self.near) {
-            *had = !near.is_empty();
+        let moves = |near: &Vec<usize>| near.iter().any(|j| bodies[*j].moves());
+        let all = self.had.iter_mut().zip(&mut self.restless).zip(&mut self.near);
+        for ((had, restless), near) in all {
+            (*had, *restless) = (!near.is_empty(), moves(near));
             near.clear();
         }
         let NearBodies { near, search_radius: radius, obstacles, .. } = self;
@@ -82,6 +87,8 @@ impl NearBodies {
         }
         // In the order of the bodies, so that sums do not depend on how they were found.
         near.iter_mut().for_each(|near| near.sort_unstable());
+        let all = self.restless.iter_mut().zip(&*near);
+        all.for_each(|(restless, near)| *restless |= moves(near));
     }
 }
 

@@ -17,7 +17,7 @@ pub struct SharedCell {
 
 impl SharedCell {
     /// The one that comes next to a list.
-    pub fn next<T>(list: &[T], cell: usize, owned: f64, weight: f64, cleared: bool) -> SharedCell {
-        SharedCell { cell: cell as u32, place: list.len() as u32, owned, weight, cleared }
+    pub fn next<T>(list: &[T], cell: u32, owned: f64, weight: f64, cleared: bool) -> SharedCell {
+        SharedCell { cell, place: list.len() as u32, owned, weight, cleared }
     }
 }

@@ -27,6 +27,7 @@
 
 use super::gap::{Other, Shares, Surroundings, smooth_step};
 use super::image_point::{ImagePoint, Lattice};
+use super::normal::{Line, Normal};
 use super::profile;
 use crate::grid::Grid;
 use nalgebra::Vector3;
@@ -82,62 +83,6 @@ pub struct Cubic {
     pub part: f64,
     /// Velocity that it adds to the cell's own profile, as last found (m/s).
     pub added: Vector3<f64>,
-}
-
-/// The line along the surface's normal through a point, which has its image points at `from + out
-/// along` (m, from the body's centre).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
-    pub(super) from: Vector3<f64>,
-    pub(super) along: Vector3<f64>,
-}
-
-/// That line, and where it leaves the surface.
-pub struct Normal {
-    line: Line,
-    /// Whether it comes from the centre as the arm of its point.
-    central: bool,
-    /// Outward, of length 1.
-    n: Vector3<f64>,
-    /// Where it leaves the surface (m, from the body's centre).
-    foot: Vector3<f64>,
-    /// At the distance d from the surface, `out = (wall + d)/length` (m).
-    wall: f64,
-    length: f64,
-}
-
-impl Normal {
-    /// Through the point at `arm` (m), at the distance `s` (m) from the surface. That of a round
-    /// body, of this radius (m), comes from its centre, so that a rigid motion is the same multiple
-    /// of the arm's everywhere on it.
-    #[inline]
-    pub fn new(round: Option<f64>, arm: &Vector3<f64>, s: f64, n: Vector3<f64>) -> Normal {
-        if let Some(radius) = round {
-            let line = Line { from: Vector3::zeros(), along: *arm };
-            return Normal {
-                line,
-                central: true,
-                n,
-                foot: radius * n,
-                wall: radius,
-                length: arm.norm(),
-            };
-        }
-        let foot = arm - s * n;
-        Normal {
-            line: Line { from: foot, along: n },
-            central: false,
-            n,
-            foot,
-            wall: 0.0,
-            length: 1.0,
-        }
-    }
-
-    #[inline]
-    fn out(&self, distance: f64) -> f64 {
-        (self.wall + distance) / self.length
-    }
 }
 
 /// What lies across a gap.
@@ -211,8 +156,8 @@ impl<const D: usize> Stencils<D> {
         s: f64,
     ) -> Stencil {
         let h = around.h;
-        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
-        let clear = around.clear_of_corners(&normal.foot, &normal.n, gap.width);
+        let gap = around.gap(&image.centre, normal);
+        let clear = around.clear_of_corners(normal, gap.width);
         let share = Shares::of(gap.width / h, around.numerics).beside_corner(clear);
         let first_point = around.numerics.image_point;
         let [d1, d2] = [first_point * h, 2.0 * first_point * h];
@@ -238,8 +183,8 @@ impl<const D: usize> Stencils<D> {
         s: f64,
         (profile, own): (usize, &Reading),
     ) -> Option<Cubic> {
-        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
-        let clear = around.clear_of_corners(&normal.foot, &normal.n, gap.width);
+        let gap = around.gap(&image.centre, normal);
+        let clear = around.clear_of_corners(normal, gap.width);
         let (s, gap) = (s / around.h, gap.width / around.h);
         let (point, fading) = (around.numerics.image_point, around.numerics.blending_width);
         // As deep as the first image point is far, it needs no more ghosts than the parabola.
@@ -268,7 +213,7 @@ impl<const D: usize> Stencils<D> {
         normal: &Normal,
         s: f64,
     ) -> (Stencil, f64) {
-        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
+        let gap = around.gap(&image.centre, normal);
         let (share, kept) = around.flow(gap.width);
         let weight = share * (1.0 - kept);
         if weight == 0.0 {
@@ -281,7 +226,7 @@ impl<const D: usize> Stencils<D> {
     /// The slope of the velocity along the outward normal through a point of the surface (1/s).
     pub fn slope(&mut self, around: &Surroundings<D>, image: &Image, normal: &Normal) -> Stencil {
         let h = around.h;
-        let gap = around.gap(&image.centre, &normal.foot, &normal.n);
+        let gap = around.gap(&image.centre, normal);
         let share = Shares::of(gap.width / h, around.numerics);
         let distance = around.numerics.slope_image_point;
         let (e, near) = (distance * h, h.min(0.5 * gap.width));

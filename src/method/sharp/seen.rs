@@ -1,0 +1,243 @@
+//! What a body sees of the cells about its surface by itself, whatever else is near: a body that
+//! stays where it is sees that once.
+
+use super::PROFILE_DEPTH;
+use super::gap::Surroundings;
+use super::normal::{Ahead, Foot};
+use super::stencil::Image;
+use crate::geometry::{Nearest, Orientation, Planes, Shape};
+use crate::particles::Body;
+use nalgebra::Vector3;
+use std::ops::Range;
+
+/// How a body lay before it moved.
+#[derive(Clone, Copy, Debug)]
+pub struct Before {
+    /// From there to where it is now (m).
+    pub way: Vector3<f64>,
+    /// How it was turned.
+    pub orientation: Orientation,
+}
+
+impl Before {
+    /// It lay as it lies.
+    pub fn here(body: &Body) -> Before {
+        Before { way: Vector3::zeros(), orientation: body.orientation() }
+    }
+}
+
+/// Scratch of the feet of a cell.
+#[derive(Clone, Debug, Default)]
+pub struct Feet {
+    /// As a shape finds them.
+    pub near: Vec<Nearest>,
+    /// As profiles need them.
+    pub of_cell: Vec<Foot>,
+}
+
+impl Feet {
+    /// Room for so many.
+    pub fn with_capacity(n: usize) -> Feet {
+        Feet { near: Vec::with_capacity(n), of_cell: Vec::with_capacity(n) }
+    }
+}
+
+/// Where a cell lies from a body.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight {
+    /// Signed distance from the surface (m), deep inside one that is nearer to zero, and the normal
+    /// there of a body that is not round.
+    pub s: f64,
+    pub normal: Option<Vector3<f64>>,
+    /// Whether the body has just left it.
+    pub cleared: bool,
+}
+
+/// A cell that concerns a body.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenCell {
+    /// The image of the body that it is seen from.
+    pub image: Image,
+    /// From there to its middle (m), and the same where the body touches it, by the planes that
+    /// cut it.
+    pub arm: Vector3<f64>,
+    pub touched: Option<Vector3<f64>>,
+    /// Where it lies.
+    pub sight: Sight,
+    /// Its index in a field.
+    pub cell: u32,
+    /// Its feet, from the first to before the last, in the list that it is with.
+    pub feet: [u32; 2],
+}
+
+impl SeenCell {
+    /// Which of the feet are its own.
+    pub fn feet(&self) -> Range<usize> {
+        self.feet[0] as usize..self.feet[1] as usize
+    }
+
+    /// Adds its feet to a list, if the body `k` sets its velocity: one, of a cell inside of a body
+    /// with sharp edges those on faces that are about as near, of a deep one none.
+    pub fn find_feet<const D: usize>(
+        &mut self,
+        around: &Surroundings<D>,
+        k: usize,
+        reach: &Reach,
+        feet: &mut Vec<Foot>,
+        near: &mut Vec<Nearest>,
+    ) {
+        let (Sight { s, normal, cleared }, first) = (self.sight, feet.len() as u32);
+        let body = &around.bodies[k];
+        let outside = s > 0.0 && !cleared;
+        near.clear();
+        if reach.sets(&self.sight) && (outside || s > -body.radius().min(PROFILE_DEPTH * around.h))
+        {
+            if !outside && around.round.is_none() {
+                let within = around.beside_nearest(s) - s;
+                body.shape().feet(&around.orientation, &self.arm, within, near);
+            }
+            if near.len() < 2 {
+                near.clear();
+                let normal = normal.unwrap_or_else(|| self.arm.normalize());
+                near.push(Nearest { distance: s, normal });
+            }
+        }
+        feet.extend(near.iter().map(|near| {
+            let mut foot = Foot { near: *near, ahead: Ahead::NOTHING };
+            foot.ahead = around.ahead(&foot.normal(around.round, &self.arm), true);
+            foot
+        }));
+        self.feet = [first, feet.len() as u32];
+    }
+}
+
+/// What has been found of cells before that says something of those after them.
+#[derive(Default)]
+pub struct Known {
+    planes: Planes,
+    /// A point deep inside, and a signed distance from the surface (m) no further from zero.
+    deep: Option<(Vector3<f64>, f64)>,
+}
+
+impl Known {
+    /// A signed distance (m) no further from zero than that of a point near a deep one.
+    fn near(&self, arm: &Vector3<f64>) -> Option<f64> {
+        self.deep.map(|(point, near)| near + (arm - point).norm())
+    }
+}
+
+/// How far outside a body cells concern it (m).
+pub struct Reach {
+    /// In gaps that the grid does not resolve.
+    pub tight: f64,
+    /// As far as a point of the body went.
+    pub way: f64,
+    /// Beside the faces that it covers.
+    pub beside: f64,
+    /// With a profile as those inside have.
+    pub outside: f64,
+}
+
+impl Reach {
+    /// What a body of this shape, which lay `before`, sees of the cell at `arm` (m); none where
+    /// that is nothing to it.
+    pub fn sight<const D: usize>(
+        &self,
+        around: &Surroundings<D>,
+        shape: &dyn Shape,
+        before: &Before,
+        arm: &Vector3<f64>,
+        touched: bool,
+        known: &mut Known,
+    ) -> Option<Sight> {
+        let (orientation, point) = (&around.orientation, Vector3::zeros());
+        let far = self.tight.max(self.way).max(self.beside);
+        if !touched
+            && around.round.is_none()
+            && known.planes.clears(shape, orientation, arm, &point, far)
+        {
+            return None;
+        }
+        let deep = -PROFILE_DEPTH * around.h;
+        let near = known.near(arm).filter(|near| *near < deep).or_else(|| {
+            let near = shape.clearance(orientation, arm)?;
+            known.deep = (near < deep).then_some((*arm, near)).or(known.deep);
+            Some(near)
+        });
+        if !touched && near.is_some_and(|near| near > far) {
+            return None;
+        }
+        let (s, normal) = match near.filter(|near| *near < deep) {
+            Some(near) => (near, None),
+            None => around.nearest(shape, orientation, arm),
+        };
+        let cleared = s > 0.0
+            && s <= self.way
+            && around.distance(shape, &before.orientation, &(arm + before.way)) <= 0.0;
+        let concerns = touched || cleared || s <= self.tight || s < self.beside;
+        (concerns && shape.owns(orientation, arm)).then_some(Sight { s, normal, cleared })
+    }
+
+    /// Whether the body sets the velocity of a cell of which it has this sight, so far as it owns
+    /// it.
+    pub fn sets(&self, sight: &Sight) -> bool {
+        sight.s <= self.tight.max(self.outside) || sight.cleared
+    }
+}
+
+/// What a body that stays where it is has found of the grid.
+#[derive(Clone, Debug)]
+pub struct Kept<const D: usize> {
+    /// Where it stays (m), and how it is turned.
+    centre: Vector3<f64>,
+    orientation: Orientation,
+    /// The faces that it covers, by axis, before it shares them with others.
+    pub faces: [Vec<KeptFace>; D],
+    /// Of a body that is not round, whether its cells have been seen, these, and their feet.
+    pub sees: bool,
+    pub cells: Vec<SeenCell>,
+    pub feet: Vec<Foot>,
+    /// What it has of itself along the normals at the points of its surface, if it is not round.
+    ahead: Vec<Ahead>,
+}
+
+/// A face that such a body covers.
+#[derive(Clone, Copy, Debug)]
+pub struct KeptFace {
+    /// Solid fraction.
+    pub solid_fraction: f64,
+    /// From the body's centre to the face's (m), and the signed distance from its surface there
+    /// (m), where it covers a part.
+    pub arm: Vector3<f64>,
+    pub distance: f64,
+}
+
+impl<const D: usize> Kept<D> {
+    /// Nothing yet of a body that does not move; none of one that does.
+    pub fn of(body: &Body) -> Option<Box<Kept<D>>> {
+        let kept = || Kept {
+            centre: body.centre,
+            orientation: body.orientation(),
+            faces: std::array::from_fn(|_| Vec::new()),
+            sees: false,
+            cells: Vec::new(),
+            feet: Vec::new(),
+            ahead: Vec::new(),
+        };
+        (!body.moves()).then(|| Box::new(kept()))
+    }
+
+    /// What it has of itself along the normal at a point, the next one or one of those before.
+    pub fn ahead_of(&mut self, point: usize, ahead: impl FnOnce() -> Ahead) -> Ahead {
+        if point == self.ahead.len() {
+            self.ahead.push(ahead());
+        }
+        self.ahead[point]
+    }
+
+    /// Whether it is of a body as that lies now.
+    pub fn is_of(&self, body: &Body) -> bool {
+        let turned = || self.orientation != body.orientation() && !body.shape().is_round();
+        !body.moves() && self.centre == body.centre && !turned()
+    }
+}
