@@ -146,7 +146,7 @@ impl Above<'_> {
         let side = Placed::new(self.part, self.pose);
         let mut patch = Patch::about(self.part.rounding, side.place, f64::from(POWER));
         for corner in &polytope.corners {
-            self.add_corner(&side.at(corner), &mut patch);
+            self.add_corner(&self.region.before(corner), &side.at(corner), &mut patch);
         }
         self.add_sharp(polytope, &side, &mut patch);
         self.whole(&patch).unwrap_or_else(|| self.beside_polytope(polytope, &side))
@@ -160,7 +160,7 @@ impl Above<'_> {
             let (middle, reach) = around(simplex);
             let back = side.orientation.inverse_transform_vector(&(middle - side.place));
             let near = polytope.height(&back) - rounding - reach <= best;
-            near.then(|| polytope::foot(polytope, side, rounding, (simplex, &face.normal), true))
+            near.then(|| polytope::foot(polytope, side, rounding, simplex, &face.normal))
         });
         // The mean of all corners that are as near.
         let least = nearest.gap + SAME * self.part.radius;
@@ -178,27 +178,22 @@ impl Above<'_> {
         self.single(&Foot { place, ..nearest })
     }
 
-    /// Adds a corner of a polytope at a place (m), as a ball of its rounding: outside the solid by
-    /// its distance from each face, also from one behind which it lies, the far side of a tip or of
-    /// a thin wall; within it by its depth below the nearest face.
-    fn add_corner(&self, corner: &Vector3<f64>, patch: &mut Patch) {
+    /// Adds a corner of a polytope as a ball of its rounding, from its place when the faces were
+    /// found (m) to that now (m): by its depth below a face that it was in front of, and by its
+    /// distance from one behind which it lay already, outside the solid: the far side of a tip.
+    fn add_corner(&self, before: &Vector3<f64>, corner: &Vector3<f64>, patch: &mut Patch) {
         let radius = self.part.rounding;
-        let above = |face: &Held| (corner - face.corners[0]).dot(&face.normal);
-        let (mut meets, mut below) = (false, false);
-        for height in self.near().map(|(_, face)| above(face)) {
-            meets |= height < radius;
-            below |= height < 0.0;
-        }
-        // Beyond the plane of every face it touches none.
-        if !meets {
-            return;
-        }
-        let within = below.then(|| self.face_above(corner)).flatten();
+        let above = |face: &Held, at: &Vector3<f64>| (at - face.corners[0]).dot(&face.normal);
         let none = Vector3::zeros();
         let mut overlapping = Flags::none();
         for (k, face) in self.near() {
-            let holds = within.is_some_and(|within| within.corners == face.corners);
-            let normal = if holds { &face.normal } else { &none };
+            // Beyond the plane of a face it touches none of it.
+            let height = above(face, corner);
+            if height >= radius {
+                continue;
+            }
+            let behind = height < 0.0 && above(face, before) < 0.0;
+            let normal = if behind { &none } else { &face.normal };
             let foot = foot_of_ball(corner, radius, self.simplex(face), normal);
             if foot.gap < 0.0 {
                 add(patch, &foot, 1.0);
@@ -210,21 +205,6 @@ impl Above<'_> {
                 foot_of_ball(corner, radius, simplex, &none)
             });
         }
-    }
-
-    /// The face of the solid that is nearest to a point, where that lies below it (m).
-    fn face_above(&self, point: &Vector3<f64>) -> Option<&Held> {
-        let mut best = (f64::INFINITY, 0.0, None);
-        for face in self.region.faces.iter().chain(&self.region.others) {
-            let foot = foot_of_ball(point, 0.0, self.simplex(face), &Vector3::zeros());
-            let height = (point - face.corners[0]).dot(&face.normal);
-            // Of several that share the nearest point the one that faces it most.
-            let same = (foot.gap - best.0).abs() <= 1e-12 * self.part.radius;
-            if foot.gap < best.0 && !same || same && height.abs() > f64::abs(best.1) {
-                best = (foot.gap, height, Some(face));
-            }
-        }
-        best.2.filter(|_| best.1 < 0.0)
     }
 
     /// Adds sharp corners of the surface with the polytope, and its edges with sharp edges.

@@ -274,6 +274,16 @@ impl Obstacle {
         if part.core == Core::Point || nearest.distance <= 0.0 {
             return round;
         }
+        if let Core::Polytope(polytope) = &part.core
+            && nearest.distance < part.radius
+        {
+            let at = |corner: &Vector3<f64>| place + pose.orientation * corner + self.origin;
+            let corners = polytope.corners.iter().map(|corner| self.own.nearest(&at(corner)));
+            let deepest = corners.min_by(|a, b| a.distance.total_cmp(&b.distance));
+            if let Some(within) = deepest.filter(|corner| corner.distance < 0.0) {
+                return (-within.normal, within.distance - part.rounding);
+            }
+        }
         self.faces.gap(part, pose, nearest.distance).unwrap_or(round)
     }
 

@@ -283,14 +283,13 @@ pub(crate) fn meet(
 }
 
 /// The point of a corner, a segment or a triangle that stands fixed, with this outward normal,
-/// which is nearest to a polytope with this rounding (m). Corners of the polytope `outside` the
-/// solid are at a distance, also behind the face.
+/// which is nearest to a polytope with this rounding (m), of which no corner lies within the solid.
 pub(crate) fn foot(
     polytope: &Polytope,
     side: &Placed<'_>,
     rounding: f64,
-    (simplex, normal): (&[Vector3<f64>], &Vector3<f64>),
-    outside: bool,
+    simplex: &[Vector3<f64>],
+    normal: &Vector3<f64>,
 ) -> Foot {
     let mut best = Foot { gap: f64::INFINITY, up: *normal, place: simplex[0] };
     for place in simplex {
@@ -304,11 +303,10 @@ pub(crate) fn foot(
     if simplex.len() == 1 {
         return best;
     }
-    let out = if outside { Vector3::zeros() } else { *normal };
     let above = |place: &Vector3<f64>| (place - simplex[0]).dot(normal) - rounding;
     for corner in polytope.corners.iter().map(|corner| side.at(corner)) {
         if above(&corner) < best.gap {
-            let foot = foot_of_ball(&corner, rounding, simplex, &out);
+            let foot = foot_of_ball(&corner, rounding, simplex, &Vector3::zeros());
             if foot.gap < best.gap {
                 best = foot;
             }

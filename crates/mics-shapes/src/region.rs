@@ -19,7 +19,7 @@
 //! where these make a hollow.
 
 use crate::beside::Beside;
-use crate::mesh::Mesh;
+use crate::mesh::{Face, Mesh};
 use crate::part::{Core, Part};
 use crate::placed::{Placed, Pose};
 use crate::polytope;
@@ -33,8 +33,6 @@ const ALIKE: f64 = 0.866;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
     pub(crate) faces: Vec<Held>,
-    /// The faces of the other regions of the same part.
-    pub(crate) others: Vec<Held>,
     /// What edges and corners count in the sum, and sharp ones, which may touch a face of a part.
     pub(crate) edges: Vec<Bound<[u32; 2]>>,
     pub(crate) corners: Vec<Bound<u32>>,
@@ -71,6 +69,11 @@ pub(crate) struct Bound<T> {
 pub(crate) const ELSEWHERE: u32 = u32::MAX;
 
 impl Region {
+    /// Where a point of the part, in its own axes (m), was then (m).
+    pub(crate) fn before(&self, own: &Vector3<f64>) -> Vector3<f64> {
+        self.middle + self.orientation * own
+    }
+
     /// How far no point of the part is from where it was when the faces were found (m).
     pub(crate) fn way(&self, part: &Part, pose: &Pose) -> f64 {
         let way = (pose.place + pose.orientation * part.place - self.middle).norm();
@@ -120,9 +123,8 @@ impl Regions {
         if self.count == self.all.len() {
             self.all.push(Region::default());
         }
-        let Region { faces, others, edges, corners, .. } = &mut self.all[self.count];
+        let Region { faces, edges, corners, .. } = &mut self.all[self.count];
         faces.clear();
-        others.clear();
         edges.clear();
         corners.clear();
         self.count += 1;
@@ -150,13 +152,18 @@ pub(crate) fn foot(
     let placed = Placed::new(part, pose);
     match &part.core {
         Core::Polytope(polytope) => {
-            polytope::foot(polytope, &placed, part.rounding, (simplex, normal), false)
+            polytope::foot(polytope, &placed, part.rounding, simplex, normal)
         }
         _ => match Beside::new(placed) {
             Some(beside) => beside.foot(simplex, normal),
             None => foot_of_ball(&placed.place, part.rounding, simplex, normal),
         },
     }
+}
+
+/// Whether the nearest point of a polytope sees a face from behind, as the far side of a tip.
+fn is_far_side(part: &Part, foot: &Foot, face: &Face) -> bool {
+    matches!(part.core, Core::Polytope(_)) && foot.up.dot(&face.normal) < 0.0
 }
 
 /// The least that the gap of a part to a face of these corners can be (m).
@@ -287,12 +294,9 @@ impl Mesh {
         if near.len() > 1 || part.core != Core::Point {
             self.find_edges(&mut scratch, found);
         }
-        for k in 0..found.len() {
-            found[k].middle = pose.place + pose.orientation * part.place;
-            found[k].orientation = pose.orientation;
-            if matches!(part.core, Core::Polytope(_)) {
-                add_others(found, k);
-            }
+        for region in found {
+            region.middle = pose.place + pose.orientation * part.place;
+            region.orientation = pose.orientation;
         }
         regions.scratch = scratch;
         begin..regions.count
@@ -308,18 +312,11 @@ impl Mesh {
         let (middle, widest) = (placed.place, part.radius + reach);
         let before = std::cell::OnceCell::new();
         self.near(&middle, &self.extents(part, &placed, reach), |k| {
-            let (face, corners) = (self.face(k), self.corners_of(k));
+            let (face, corners) = (self.face(k), &self.corners_of(k)[..self.dimension()]);
             let height = (middle - corners[0]).dot(&face.normal);
-            if height < -reach || height > widest {
+            let before = || *before.get_or_init(|| self.before(&middle, widest));
+            if height > widest || self.is_behind(part, &middle, face, corners, reach, before) {
                 return;
-            }
-            let corners = &corners[..self.dimension()];
-            // The far side of a thin wall.
-            if height < 0.0 {
-                let before = *before.get_or_init(|| self.before(&middle, widest));
-                if (middle - nearest(corners, &middle)).norm() > before {
-                    return;
-                }
             }
             // As with walls of the box, the sphere about a part is in reach or not.
             let sphere = foot_of_ball(&middle, part.radius, corners, &face.normal);
@@ -328,11 +325,30 @@ impl Mesh {
                 return;
             }
             let foot = foot(part, pose, corners, &face.normal);
-            if foot.gap <= reach {
+            if foot.gap <= reach && !is_far_side(part, &foot, face) {
                 near.push((foot.gap, foot.up, k));
             }
         });
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+    }
+
+    /// Whether a face with these corners (m) faces away from a part with this middle (m) by more
+    /// than `reach` (m), or is the far side of a thin wall: farther than what the middle lies
+    /// `before` (m). Polytopes are asked at their nearest corner.
+    fn is_behind(
+        &self,
+        part: &Part,
+        middle: &Vector3<f64>,
+        face: &Face,
+        corners: &[Vector3<f64>],
+        reach: f64,
+        before: impl Fn() -> f64,
+    ) -> bool {
+        let height = (middle - corners[0]).dot(&face.normal);
+        if height >= 0.0 || matches!(part.core, Core::Polytope(_)) {
+            return false;
+        }
+        height < -reach || (middle - nearest(corners, middle)).norm() > before()
     }
 
     /// How far along each axis faces may be from the middle of a part that are within `reach` (m).
@@ -341,6 +357,9 @@ impl Mesh {
             return Vector3::repeat(part.radius + reach);
         }
         Vector3::from_fn(|a, _| {
+            if a >= self.dimension() {
+                return reach;
+            }
             let axis = Vector3::ith(a, 1.0);
             let along = [axis, -axis].map(|n| (placed.support(&n) - placed.place).dot(&n));
             along[0].max(along[1]) + part.rounding + reach
@@ -425,10 +444,8 @@ impl Mesh {
         let within = most * (1.0 + 1e-9);
         let before = self.before(&middle, within);
         self.near(&middle, &Vector3::repeat(within), |k| {
-            let (face, corners) = (self.face(k), self.corners_of(k));
-            let (height, corners) =
-                ((middle - corners[0]).dot(&face.normal), &corners[..self.dimension()]);
-            if height < 0.0 && (middle - nearest(corners, &middle)).norm() > before {
+            let (face, corners) = (self.face(k), &self.corners_of(k)[..self.dimension()]);
+            if self.is_behind(part, &middle, face, corners, f64::INFINITY, || before) {
                 return;
             }
             let known = best.filter(|_| part.core != Core::Point);
@@ -436,7 +453,8 @@ impl Mesh {
                 return;
             }
             let foot = foot(part, pose, corners, &face.normal);
-            if best.is_none_or(|best| foot.gap < best.gap) {
+            let nearer = best.is_none_or(|best| foot.gap < best.gap);
+            if nearer && !is_far_side(part, &foot, face) {
                 best = Some(foot);
             }
         });
@@ -455,13 +473,4 @@ fn count<T: Copy + Ord>(all: &mut [(u32, Bound<T>)], mut take: impl FnMut(u32, B
         let faces = [first.faces[0], second.map_or(ELSEWHERE, |(_, one)| one.faces[0])];
         take(region, Bound { counts, sharp, faces, ..first });
     }
-}
-
-/// Gives a region the faces of the others.
-fn add_others(regions: &mut [Region], k: usize) {
-    let mut others = std::mem::take(&mut regions[k].others);
-    for (_, other) in regions.iter().enumerate().filter(|(other, _)| *other != k) {
-        others.extend_from_slice(&other.faces);
-    }
-    regions[k].others = others;
 }
