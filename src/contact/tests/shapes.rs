@@ -319,7 +319,7 @@ fn heap_of_parts_restarts_bit_for_bit() {
             |bodies: &[Body]| contacts(bodies, law, size, &[0, 1, 2][..dimension], Substeps::Auto);
         let pull = vec![falling(0.0); bodies.len()];
         let mut all = begin(&bodies);
-        for _ in 0..220 {
+        for _ in 0..300 {
             all.advance(&mut bodies, &pull, 1e-3).unwrap();
         }
         let later = |(_, _, springs): &(usize, usize, Springs)| springs.parts != [0; 2];
