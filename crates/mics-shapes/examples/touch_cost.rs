@@ -149,11 +149,17 @@ fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
         let all = found.map(|k| mesh.touch(regions.get(k), part, &at(z), 2.5).overlap);
         all.fold(f64::NEG_INFINITY, f64::max)
     };
-    let (mut low, mut high) = (1.0, 3.0);
+    // Down to where it touches, and then as deep.
+    let mut high = 3.0;
+    while overlap(high, &mut regions) < -0.02 {
+        high -= 0.01;
+    }
+    let mut low = high - 0.03;
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
-        *(if overlap(middle, &mut regions) > deep { &mut low } else { &mut high }) = middle;
+        *(if overlap(middle, &mut regions) > 1e-4 { &mut low } else { &mut high }) = middle;
     }
+    high -= deep;
     let begin = cpu();
     let mut searches = 0;
     while cpu() - begin < 1e8 {
@@ -222,7 +228,7 @@ fn main() {
         return;
     }
     let ball = Part::ball(Vector3::zeros(), 0.5);
-    for (n, rough) in [(128, 0.0), (128, 0.01), (384, 0.005)] {
+    for (n, rough) in [(64, 0.0), (64, 0.01), (192, 0.005)] {
         let bed = raster(n, rough);
         println!("raster, {:.0} squares a diameter, {rough} m rough", n as f64 / 4.0);
         for (name, part) in [("ball", &ball), ("ellipsoid", &o), ("stone of 50 facets", &h)] {

@@ -56,19 +56,19 @@ impl<'a> Beside<'a> {
         }
     }
 
-    /// The same of a face, where it may overlap: `None` where the body lies above its plane, or
-    /// where what lies below is out of its reach.
-    pub fn overlap(&self, simplex: &[Vector3<f64>], normal: &Vector3<f64>) -> Option<Foot> {
+    /// The same of a face, where it may be nearer than `best` (m, not negative): `None` where the
+    /// body lies that far above its plane, or where what lies below that is out of its reach.
+    pub fn nearer(&self, simplex: &[Vector3<f64>], normal: &Vector3<f64>, best: f64) -> Option<Foot> {
         let lowest = self.lowest(normal);
         let gap = (lowest - simplex[0]).dot(normal);
-        if gap >= 0.0 {
+        if gap >= best {
             return None;
         }
         // The body lies within a ball of its largest radius of curvature that touches there.
         let (middle, reach) = around(simplex);
         let cap = (-2.0 * gap * self.flattest()).sqrt();
         let way = lowest - gap * normal - middle;
-        (way.norm() <= reach + cap).then(|| self.foot(simplex, normal))
+        (best > 0.0 || way.norm() <= reach + cap).then(|| self.foot(simplex, normal))
     }
 
     /// The largest radius of curvature (m).

@@ -71,23 +71,21 @@ impl Above<'_> {
     /// How a ball or a curved part touches.
     fn touch(&self, power: f64) -> Touch {
         let placed = Placed::new(self.part, self.pose);
+        let mut patch = Patch::about(self.part.rounding, placed.place, power);
         let (nearest, overlapping) = match Beside::new(placed) {
             Some(beside) => self.find(|face, best| {
-                let simplex = self.simplex(face);
-                if best > 0.0 {
-                    Some(beside.foot(simplex, &face.normal))
-                } else {
-                    beside.overlap(simplex, &face.normal)
-                }
+                let foot = beside.nearer(self.simplex(face), &face.normal, best)?;
+                add(&mut patch, &foot, 1.0);
+                Some(foot)
             }),
             None => self.find(|face, _| Some(self.foot_of(self.simplex(face), &face.normal))),
         };
         if overlapping.count < 2 {
             return self.single(&nearest);
         }
-        let mut patch = Patch::about(self.part.rounding, nearest.place, power);
-        for (k, face) in self.near() {
-            if overlapping.may(k as u32) {
+        if self.part.core == Core::Point {
+            patch = Patch::about(self.part.rounding, nearest.place, power);
+            for (_, face) in self.near().filter(|(k, _)| overlapping.may(*k as u32)) {
                 add(&mut patch, &self.foot_of(self.simplex(face), &face.normal), 1.0);
             }
         }
@@ -104,7 +102,7 @@ impl Above<'_> {
     /// The foot of the nearest face, and which overlap. Those that are no nearer since they were
     /// found are passed over, as are others of which `foot` knows that they are no nearer than
     /// `best` (m).
-    fn find(&self, foot: impl Fn(&Held, f64) -> Option<Foot>) -> (Foot, Flags) {
+    fn find(&self, mut foot: impl FnMut(&Held, f64) -> Option<Foot>) -> (Foot, Flags) {
         let mut best = Foot { gap: f64::INFINITY, up: Vector3::x(), place: self.pose.place };
         let mut overlapping = Flags::none();
         for (k, face) in self.region.faces.iter().enumerate() {
@@ -145,11 +143,31 @@ impl Above<'_> {
     fn touch_polytope(&self, polytope: &Polytope) -> Touch {
         let side = Placed::new(self.part, self.pose);
         let mut patch = Patch::about(self.part.rounding, side.place, f64::from(POWER));
-        for corner in &polytope.corners {
-            self.add_corner(&self.region.before(corner), &side.at(corner), &mut patch);
+        let mut near = Flags::none();
+        for (k, face) in self.near() {
+            if self.least_height(polytope, &side, self.simplex(face)) < self.part.rounding {
+                near.add(k);
+            }
         }
-        self.add_sharp(polytope, &side, &mut patch);
+        if near.count > 0 {
+            for corner in &polytope.corners {
+                self.add_corner(&near, &self.region.before(corner), &side.at(corner), &mut patch);
+            }
+            self.add_sharp(&near, polytope, &side, &mut patch);
+        }
         self.whole(&patch).unwrap_or_else(|| self.beside_polytope(polytope, &side))
+    }
+
+    /// The least that a corner, an edge or a face of these corners (m) can be above the core (m).
+    fn least_height(
+        &self,
+        polytope: &Polytope,
+        side: &Placed<'_>,
+        simplex: &[Vector3<f64>],
+    ) -> f64 {
+        let (middle, reach) = around(simplex);
+        let back = side.orientation.inverse_transform_vector(&(middle - side.place));
+        polytope.height(&back) - reach
     }
 
     /// How a polytope is beside the region, of which nothing overlaps with it.
@@ -157,9 +175,7 @@ impl Above<'_> {
         let rounding = self.part.rounding;
         let (nearest, _) = self.find(|face, best| {
             let simplex = self.simplex(face);
-            let (middle, reach) = around(simplex);
-            let back = side.orientation.inverse_transform_vector(&(middle - side.place));
-            let near = polytope.height(&back) - rounding - reach <= best;
+            let near = self.least_height(polytope, side, simplex) - rounding <= best;
             near.then(|| polytope::foot(polytope, side, rounding, simplex, &face.normal))
         });
         // The mean of all corners that are as near.
@@ -181,12 +197,18 @@ impl Above<'_> {
     /// Adds a corner of a polytope as a ball of its rounding, from its place when the faces were
     /// found (m) to that now (m): by its depth below a face that it was in front of, and by its
     /// distance from one behind which it lay already, outside the solid: the far side of a tip.
-    fn add_corner(&self, before: &Vector3<f64>, corner: &Vector3<f64>, patch: &mut Patch) {
+    fn add_corner(
+        &self,
+        near: &Flags,
+        before: &Vector3<f64>,
+        corner: &Vector3<f64>,
+        patch: &mut Patch,
+    ) {
         let radius = self.part.rounding;
         let above = |face: &Held, at: &Vector3<f64>| (at - face.corners[0]).dot(&face.normal);
         let none = Vector3::zeros();
         let mut overlapping = Flags::none();
-        for (k, face) in self.near() {
+        for (k, face) in self.near().filter(|(k, _)| near.may(*k as u32)) {
             // Beyond the plane of a face it touches none of it.
             let height = above(face, corner);
             if height >= radius {
@@ -207,26 +229,42 @@ impl Above<'_> {
         }
     }
 
-    /// Adds sharp corners of the surface with the polytope, and its edges with sharp edges.
-    fn add_sharp(&self, polytope: &Polytope, side: &Placed<'_>, patch: &mut Patch) {
-        let part = self.part;
-        let near = self.near().count() as u32;
-        let is_near = |faces: &[u32; 2]| faces[0] < near;
-        let sharp = self.region.corners.iter().filter(|corner| corner.sharp);
-        for corner in sharp.filter(|corner| is_near(&corner.faces)) {
-            let place = self.mesh.corner(corner.corners);
-            add(patch, &self.foot_of(&[place], &Vector3::zeros()), 1.0);
+    /// Adds sharp corners of the surface with the polytope, and its edges with sharp edges, of faces
+    /// that are near.
+    fn add_sharp(
+        &self,
+        near: &Flags,
+        polytope: &Polytope,
+        side: &Placed<'_>,
+        patch: &mut Patch,
+    ) {
+        let rounding = self.part.rounding;
+        let is_near = |faces: &[u32; 2]| faces.iter().all(|k| near.may(*k));
+        for corner in self.region.corners.iter().filter(|c| c.sharp && is_near(&c.faces)) {
+            let place = [self.mesh.corner(corner.corners)];
+            if self.least_height(polytope, side, &place) < rounding {
+                add(patch, &self.foot_of(&place, &Vector3::zeros()), 1.0);
+            }
         }
-        let sharp = self.region.edges.iter().filter(|edge| edge.sharp && is_near(&edge.faces));
-        for other in sharp.map(|edge| edge.corners.map(|k| self.mesh.corner(k))) {
-            for edge in &polytope.edges {
-                let own = edge.corners.map(|k| side.at(&polytope.corners[k as usize]));
-                let Some(counts) = weight_of_edges(&own, &other) else { continue };
-                let [x, y] = nearest_of_edges(&own, &other);
+        for edge in self.region.edges.iter().filter(|e| e.sharp && is_near(&e.faces)) {
+            let other = edge.corners.map(|k| self.mesh.corner(k));
+            if self.least_height(polytope, side, &other) >= rounding {
+                continue;
+            }
+            let (middle, half) = around(&other);
+            for own in &polytope.edges {
+                let ends = own.corners.map(|k| side.at(&polytope.corners[k as usize]));
+                let apart = 0.5 * (ends[0] + ends[1]) - middle;
+                let reach = own.half + half + rounding;
+                if apart.norm_squared() > reach * reach {
+                    continue;
+                }
+                let Some(counts) = weight_of_edges(&ends, &other) else { continue };
+                let [x, y] = nearest_of_edges(&ends, &other);
                 let way = y - x;
                 let distance = way.norm();
-                if distance > 0.0 && distance < part.rounding {
-                    patch.add(part.rounding - distance, &(way / distance), &y, counts);
+                if distance > 0.0 && distance < rounding {
+                    patch.add(rounding - distance, &(way / distance), &y, counts);
                 }
             }
         }
