@@ -259,7 +259,7 @@ impl<'a> Beside<'a> {
                 _ => self.edge(&corner(face, k), &corner(face, k + 1), &Vector3::zeros()),
             });
             let next = feet.fold(best, |best, foot| if foot.gap < best.gap { foot } else { best });
-            if next.gap >= best.gap {
+            if next.gap >= best.gap - 1e-12 * inner {
                 break;
             }
             best = next;

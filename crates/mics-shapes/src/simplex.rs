@@ -110,6 +110,10 @@ pub(crate) fn search(cores: &[Placed<'_>; 2], way: &Vector3<f64>) -> Option<[Vec
         if length.is_finite() && length - corner.way().dot(&way) <= TOLERANCE * length {
             break;
         }
+        // Four corners about the origin.
+        if simplex.count == 4 {
+            return None;
+        }
         let mut next = simplex;
         let nearest = next.add(corner).norm();
         if nearest <= NONE * corner.way().norm() {

@@ -155,7 +155,7 @@ impl Surface {
         let onto = |x: Vector3<f64>| x / self.scale(&x).max(1e-300);
         let mut x = onto(*from);
         let (mut n, mut bend) = self.bend(&x);
-        for _ in 0..30 {
+        for _ in 0..20 {
             let rest = point - x;
             let s = rest.dot(&n);
             let (own, [u, v]) = in_plane(&n, &bend);
@@ -175,7 +175,7 @@ impl Surface {
                     break Some(next);
                 }
                 part *= 0.5;
-                if part < 1e-3 {
+                if part < 0.01 {
                     break None;
                 }
             };
