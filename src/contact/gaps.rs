@@ -26,9 +26,17 @@ impl Contacts {
             if pair.due == 0.0 || done.is_some_and(|done| done % pair.stride > 0) {
                 continue;
             }
+            let substep = if done.is_some() { h } else { 0.0 };
             let h = std::mem::take(&mut pair.due);
             let pair = self.pairs[p];
-            let meeting = self.closest(&pair, bodies, 0.0);
+            // No nearer than since it was looked at last.
+            if pair.clear - Self::together(&pair, &self.travelled) > range {
+                continue;
+            }
+            let meeting = match self.met.get_mut(p).and_then(Option::take) {
+                Some(met) => self.at_end(&pair, bodies, &met, 0.5 * substep),
+                None => self.closest(&pair, bodies, 0.0),
+            };
             self.pairs[p].seen = meeting.normal;
             let (gap, arms) = (-meeting.overlap, meeting.arms);
             if gap > range {

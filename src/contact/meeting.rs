@@ -277,6 +277,29 @@ impl Contacts {
         )
     }
 
+    /// How a pair meets at the end of a substep of which it is known how it met in the middle, half
+    /// of it (s) before, by the velocities at the end.
+    pub(super) fn at_end(&self, pair: &Pair, bodies: &[Body], met: &Meeting, half: f64) -> Meeting {
+        let body = &bodies[pair.first];
+        let (velocity, spin) = match bodies.get(pair.second) {
+            Some(other) => (body.velocity - other.velocity, other.spin),
+            None => {
+                let wall = &self.walls[pair.second - bodies.len()];
+                (body.velocity - wall.sliding(), Vector3::zeros())
+            }
+        };
+        let way = half * velocity;
+        let mut arms = met.arms;
+        if bodies.get(pair.second).is_some() {
+            arms.to = [arms.to[0] - 0.5 * way, arms.to[1] + 0.5 * way];
+        } else {
+            arms.to[0] -= way.dot(&met.normal) * met.normal;
+        }
+        let approach = (velocity + arms.turning([&body.spin, &spin])).dot(&met.normal);
+        let overlap = met.overlap + half * met.gain * approach;
+        Meeting { overlap, arms, velocity, approach, ..*met }
+    }
+
     /// How a body lies in the middle of a substep `h` (s), or now.
     pub(super) fn pose(&self, k: usize, bodies: &[Body], h: f64) -> Pose {
         let body = &bodies[k];

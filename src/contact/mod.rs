@@ -57,7 +57,7 @@ use cluster::Clusters;
 use correction::Constraint;
 pub use law::{Damping, Laws, Material};
 pub use lubrication::Medium;
-use meeting::{InverseMass, RIGID};
+use meeting::{InverseMass, Meeting, RIGID};
 use mics_shapes::{Pose, Regions};
 use nalgebra::{Matrix3, Vector3};
 use pair::{Pair, crossed};
@@ -141,7 +141,8 @@ pub struct Contacts {
     /// Scratch of the correction and of the bound on the work of contacts.
     constraints: Vec<Constraint>,
     clusters: Clusters,
-    /// Of the substep.
+    /// Of the substep: how pairs of which one is not round met in its middle, and what held.
+    met: Vec<Option<Meeting>>,
     tangential_forces: Vec<TangentialForce>,
     /// Per body that is not round, its pose in the middle of the substep.
     poses: Vec<Pose>,
@@ -200,6 +201,7 @@ impl Contacts {
             search_radius: vec![0.0; n],
             paired: vec![false; n],
             loads: vec![Impulse::default(); n],
+            met: Vec::with_capacity(8 * parts),
             tangential_forces: Vec::with_capacity(8 * parts),
             constraints: Vec::with_capacity(8 * parts),
             poses: vec![Pose::default(); n],

@@ -22,7 +22,7 @@ impl Contacts {
     }
 
     /// What two have gone since the search, together, by `ways` (m).
-    fn together(pair: &Pair, ways: &[f64]) -> f64 {
+    pub(super) fn together(pair: &Pair, ways: &[f64]) -> f64 {
         ways[pair.first] + ways.get(pair.second).copied().unwrap_or(0.0)
     }
 
@@ -30,6 +30,8 @@ impl Contacts {
     fn load(&mut self, bodies: &[Body], h: f64) -> Result<()> {
         self.loads.fill(Impulse::default());
         self.tangential_forces.clear();
+        self.met.clear();
+        self.met.resize(self.pairs.len(), None);
         self.turn_to_middle(bodies, h);
         for (i, body) in bodies.iter().enumerate().filter(|(i, _)| self.paired[*i]) {
             self.reach[i] = self.travelled[i] + h * (body.velocity.norm() + rim_speed(body));
@@ -41,6 +43,9 @@ impl Contacts {
             }
             let meeting = self.closest(&self.pairs[p], bodies, h);
             self.pairs[p].seen = meeting.normal;
+            if !self.are_round(&self.pairs[p], bodies) {
+                self.met[p] = Some(meeting);
+            }
             if !meeting.touches(h) {
                 let (gone, pair) =
                     (Self::together(&self.pairs[p], &self.travelled), &mut self.pairs[p]);

@@ -1,7 +1,7 @@
-//! Which of the first few thousand things of a list something holds for, without a list.
+//! Which of the first thousand things of a list something holds for, without a list.
 
 /// Most that are told apart: it may hold for all others.
-const MOST: usize = 2048;
+const MOST: usize = 1024;
 
 /// Flags by number.
 pub(crate) struct Flags {

@@ -258,7 +258,8 @@ pub(crate) fn meet(
         let seen = Seen::along(sides, polytopes, way);
         let bound = match tried {
             MOST => f64::INFINITY,
-            _ => most.max(seen.gap + 0.1 * (most + seen.gap.abs())),
+            _ if seen.gap < most => most,
+            _ => seen.gap + 0.1 * (most + seen.gap),
         };
         let about = sides[0].at(&(seen.reach[0] * seen.own[0]));
         let mut patch = Patch::about(most, about, f64::from(POWER));
