@@ -180,8 +180,8 @@ impl<'a> Seen<'a> {
         Seen { sides, polytopes, centres, own, reach, gap }
     }
 
-    /// Calls with all that may be nearer than `bound` (m).
-    fn features(&self, bound: f64, mut take: impl FnMut(Feature)) {
+    /// Calls with all that may be nearer than `bound` (m), or than what the last call said.
+    fn features(&self, mut bound: f64, mut take: impl FnMut(Feature) -> f64) {
         let mut near = [Flags::none(), Flags::none()];
         for side in 0..2 {
             let (own, other) = (self.sides[side], self.sides[1 - side]);
@@ -197,7 +197,7 @@ impl<'a> Seen<'a> {
                 let foot = place - distance * away;
                 let (normal, points) =
                     if side == 0 { (-away, [place, foot]) } else { (away, [foot, place]) };
-                take(Feature { distance, normal, points, counts: 1.0 });
+                bound = take(Feature { distance, normal, points, counts: 1.0 });
             }
         }
         let is_near =
@@ -210,7 +210,7 @@ impl<'a> Seen<'a> {
             for its in self.polytopes[1].edges.iter().filter(|edge| is_near(1, edge)) {
                 let reach = own.half + its.half + bound;
                 if let Some(feature) = self.edges(&ends, its, reach, bound) {
-                    take(feature);
+                    bound = take(feature);
                 }
             }
         }
@@ -259,7 +259,7 @@ pub(crate) fn meet(
         let bound = match tried {
             MOST => f64::INFINITY,
             _ if seen.gap < most => most,
-            _ => seen.gap + 0.1 * (most + seen.gap),
+            _ => seen.gap + 0.03 * (most + seen.gap),
         };
         let about = sides[0].at(&(seen.reach[0] * seen.own[0]));
         let mut patch = Patch::about(most, about, f64::from(POWER));
@@ -270,9 +270,10 @@ pub(crate) fn meet(
                 let place = feature.points[0] + (rounding[0] - 0.5 * depth) * feature.normal;
                 patch.add(depth, &feature.normal, &place, feature.counts);
             }
-            if nearest.is_none_or(|nearest| feature.distance < nearest.distance) {
-                nearest = Some(feature);
-            }
+            let best = nearest.filter(|nearest| nearest.distance <= feature.distance);
+            nearest = Some(best.unwrap_or(feature));
+            // What overlaps counts, and the nearest of all.
+            bound.min(most.max(best.unwrap_or(feature).distance))
         });
         let Some(nearest) = nearest else { continue };
         if nearest.distance <= bound {
