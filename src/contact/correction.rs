@@ -27,8 +27,9 @@
 //! pile slides by little on the one below.
 
 use super::law::Kinematics;
-use super::meeting::{Arms, InverseMass};
+use super::meeting::Arms;
 use super::pair::Pair;
+use super::response::InverseMass;
 use super::{Contacts, Impulse};
 use crate::particles::Body;
 use nalgebra::Vector3;

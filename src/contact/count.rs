@@ -1,8 +1,8 @@
 //! How many substeps a step needs.
 
 use super::law::Law;
-use super::meeting::InverseMass;
 use super::pair::Pair;
+use super::response::InverseMass;
 use super::substep::rim_speed;
 use super::{Contacts, Substeps};
 use crate::config::MOST_SUBSTEPS;

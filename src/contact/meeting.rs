@@ -1,123 +1,14 @@
-//! How a pair meets, and how its two respond to forces.
+//! Where a pair meets, and how.
 
 use super::law::Kinematics;
 use super::pair::Pair;
 use super::{Contacts, DEEPEST_OVERLAP};
-use crate::geometry::Orientation;
-use crate::particles::{Accelerations, Body, Inertia};
+use crate::particles::Body;
 use mics_shapes::{Core, Part, Pose, Touch};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// Part of the skins of two parts, together, that an overlap may take: cores are never to meet.
 const MOST_OF_SKINS: f64 = 0.9;
-
-/// How a body responds to forces: zero along the axes where it does not.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct InverseMass {
-    /// Inverse mass of a free body, whatever its axes (1/kg).
-    pub(super) whole: f64,
-    /// 1/kg.
-    pub(super) mass: Vector3<f64>,
-    /// 1/(kg m2).
-    pub(super) inertia: InverseInertia,
-    pub(super) accelerations: Accelerations,
-}
-
-/// How a body's spin responds to an angular impulse (1/(kg m2)): a symmetric tensor in the axes of
-/// the box.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct InverseInertia {
-    diagonal: Vector3<f64>,
-    /// Its entries yz, zx and xy: zero of a body that does not tumble.
-    beside: Vector3<f64>,
-}
-
-impl InverseInertia {
-    /// None: nothing turns it.
-    const NONE: InverseInertia = InverseInertia {
-        diagonal: Vector3::new(0.0, 0.0, 0.0),
-        beside: Vector3::new(0.0, 0.0, 0.0),
-    };
-
-    /// That of a symmetric tensor.
-    fn new(tensor: &Matrix3<f64>) -> InverseInertia {
-        let beside = Vector3::new(tensor[(1, 2)], tensor[(2, 0)], tensor[(0, 1)]);
-        InverseInertia { diagonal: tensor.diagonal(), beside }
-    }
-
-    /// What an angular impulse (N m s) changes of the spin (rad/s).
-    #[inline]
-    pub(super) fn of(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
-        let (j, [yz, zx, xy]) = (impulse, <[f64; 3]>::from(self.beside));
-        let beside = Vector3::new(xy * j.y + zx * j.z, xy * j.x + yz * j.z, zx * j.x + yz * j.y);
-        self.diagonal.component_mul(j) + beside
-    }
-
-    /// The largest about an axis.
-    #[inline]
-    pub(super) fn max(&self) -> f64 {
-        self.diagonal.max()
-    }
-}
-
-pub(super) const RIGID: InverseMass = InverseMass {
-    whole: 0.0,
-    mass: Vector3::new(0.0, 0.0, 0.0),
-    inertia: InverseInertia::NONE,
-    accelerations: Accelerations {
-        acceleration: Vector3::new(0.0, 0.0, 0.0),
-        angular: Vector3::new(0.0, 0.0, 0.0),
-    },
-};
-
-impl InverseMass {
-    #[inline]
-    pub(super) fn of(
-        body: &Body,
-        accelerations: &Accelerations,
-        mass: f64,
-        inertia: &Inertia,
-    ) -> InverseMass {
-        let Some(freedom) = body.freedom() else { return RIGID };
-        let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
-        let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
-        let inverse = match inertia {
-            Inertia::Tensor(_) if body.tumbles() => InverseInertia::new(&inertia.inverse(&freedom)),
-            Inertia::Tensor(_) => InverseInertia {
-                diagonal: inertia.inverse(&freedom).diagonal(),
-                ..InverseInertia::NONE
-            },
-            Inertia::Same(_) => InverseInertia {
-                diagonal: inertia.inverse_mass(&Vector3::repeat(1.0), &freedom),
-                ..InverseInertia::NONE
-            },
-        };
-        InverseMass {
-            whole: 1.0 / mass,
-            mass: along / mass,
-            inertia: inverse,
-            accelerations: Accelerations {
-                acceleration: accelerations.acceleration.component_mul(&along),
-                angular: accelerations.angular.component_mul(&about),
-            },
-        }
-    }
-
-    /// Takes how a body that tumbles is turned now, by its moments of inertia in its own axes (kg
-    /// m2).
-    fn turn(&mut self, body: &Body, own: &Matrix3<f64>, orientation: &Orientation) {
-        if let (true, Some(freedom)) = (body.tumbles(), body.freedom()) {
-            let tensor = orientation.matrix() * own * orientation.matrix().transpose();
-            self.inertia = InverseInertia::new(&Inertia::Tensor(tensor).inverse(&freedom));
-        }
-    }
-
-    /// Multiplies the inverse mass by a factor.
-    pub(super) fn scale(&mut self, factor: f64) {
-        self.whole *= factor;
-        self.mass *= factor;
-    }
-}
 
 /// How what acts at a contact turns its two.
 #[derive(Clone, Copy, Debug)]
@@ -202,8 +93,7 @@ impl Contacts {
                 let distance = apart.norm();
                 let (normal, radii) = (apart / distance, [body.radius(), other.radius()]);
                 let overlap = body.radius() + other.radius() - distance;
-                let to =
-                    [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
+                let to = [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
                 let arms = Arms { to, normal, couple: 0.0 };
                 let approach = velocity.dot(&normal);
                 Meeting { normal, overlap, gain: 1.0, arms, spread: 0.0, radii, velocity, approach }
@@ -217,11 +107,7 @@ impl Contacts {
                     normal,
                     overlap: body.radius() - distance,
                     gain: 1.0,
-                    arms: Arms {
-                        to: [distance * normal, Vector3::zeros()],
-                        normal,
-                        couple: 0.0,
-                    },
+                    arms: Arms { to: [distance * normal, Vector3::zeros()], normal, couple: 0.0 },
                     spread: 0.0,
                     radii: [body.radius(), f64::INFINITY],
                     velocity,
@@ -343,12 +229,7 @@ impl Contacts {
     }
 
     /// How a pair meets in the middle of a substep `h` (s), and the arms of the contact.
-    pub(super) fn kinematics(
-        &self,
-        pair: &Pair,
-        bodies: &[Body],
-        h: f64,
-    ) -> (Kinematics, Arms) {
+    pub(super) fn kinematics(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Kinematics, Arms) {
         let meeting = self.closest(pair, bodies, h);
         (self.kinematics_at(pair, bodies, h, &meeting), meeting.arms)
     }
@@ -405,12 +286,7 @@ impl Contacts {
 
     /// How the surfaces of a pair respond at the contact by turning (1/kg): along the normal, and
     /// most across it. That of round ones is the same all across.
-    fn turning_response(
-        &self,
-        pair: &Pair,
-        arms: &Arms,
-        round: bool,
-    ) -> [f64; 2] {
+    fn turning_response(&self, pair: &Pair, arms: &Arms, round: bool) -> [f64; 2] {
         let (to, normal) = (&arms.to, &arms.normal);
         let first = &self.inverse_masses[pair.first].inertia;
         let second = self.inverse_masses.get(pair.second).map(|its| &its.inertia);
@@ -428,7 +304,9 @@ impl Contacts {
         let response = |a: &Vector3<f64>, b: &Vector3<f64>| {
             let ([one, its_one], [other, its_other]) = (arms.turns(a), arms.turns(b));
             match second {
-                Some(_) if pair.is_own_image() => (one + its_one).dot(&first.of(&(other + its_other))),
+                Some(_) if pair.is_own_image() => {
+                    (one + its_one).dot(&first.of(&(other + its_other)))
+                }
                 Some(its) => one.dot(&first.of(&other)) + its_one.dot(&its.of(&its_other)),
                 None => one.dot(&first.of(&other)),
             }

@@ -1,7 +1,8 @@
 //! Results of a step of the contacts, and properties of contacts before one.
 
-use super::meeting::{InverseMass, Meeting};
+use super::meeting::Meeting;
 use super::pair::Pair;
+use super::response::InverseMass;
 use super::substep::TOUCHING;
 use super::{Contacts, Impulse, Springs, Touching};
 use crate::particles::{Accelerations, Body};

@@ -1,8 +1,8 @@
 //! The pairs that could meet, and bodies that are where none may be.
 
 use super::law::Law;
-use super::meeting::InverseMass;
 use super::pair::{Pair, crossed};
+use super::response::InverseMass;
 use super::{Contacts, Wall, obstacle};
 use crate::error::NotFinite;
 use crate::particles::Body;

@@ -10,9 +10,9 @@
 //! nearer: a convex function has no other lowest point.
 
 use crate::ellipse;
+use crate::near::{Foot, around};
 use crate::part::{Core, Face, Polytope};
 use crate::placed::Placed;
-use crate::region::{Foot, around};
 use crate::superquadric::Surface;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
@@ -58,7 +58,12 @@ impl<'a> Beside<'a> {
 
     /// The same of a face, where it may be nearer than `best` (m, not negative): `None` where the
     /// body lies that far above its plane, or where what lies below that is out of its reach.
-    pub fn nearer(&self, simplex: &[Vector3<f64>], normal: &Vector3<f64>, best: f64) -> Option<Foot> {
+    pub fn nearer(
+        &self,
+        simplex: &[Vector3<f64>],
+        normal: &Vector3<f64>,
+        best: f64,
+    ) -> Option<Foot> {
         let lowest = self.lowest(normal);
         let gap = (lowest - simplex[0]).dot(normal);
         if gap >= best {
@@ -246,9 +251,8 @@ impl<'a> Beside<'a> {
                 }
             }
         }
-        let corner = |face: &Face, k: usize| {
-            polytope.corners[face.corners[k % face.corners.len()] as usize]
-        };
+        let corner =
+            |face: &Face, k: usize| polytope.corners[face.corners[k % face.corners.len()] as usize];
         let mut best = match above.corners.len() {
             2 => self.edge(&corner(above, 0), &corner(above, 1), &above.normal),
             count => self.face(count, |k| corner(above, k), &above.normal),

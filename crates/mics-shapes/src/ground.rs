@@ -9,13 +9,16 @@
 //! ```
 
 use crate::beside::Beside;
+use crate::depths::{POWER, Patch, Touch, mean};
 use crate::flags::Flags;
+use crate::foot::foot;
 use crate::mesh::Mesh;
+use crate::near::{Foot, around, foot_of_ball, nearest_of_edges, weight_of_edges};
 use crate::part::{Core, Part, Polytope};
 use crate::placed::{Placed, Pose};
 use crate::polytope;
-use crate::region::{Bound, Foot, Held, Region, around, foot, foot_of_ball};
-use crate::touch::{POWER, Patch, SAME, Touch, mean, nearest_of_edges, radius, weight_of_edges};
+use crate::region::{Bound, Held, Region};
+use crate::touch::{SAME, radius};
 use nalgebra::Vector3;
 
 /// A part of a body beside a region that it may touch.
@@ -231,13 +234,7 @@ impl Above<'_> {
 
     /// Adds sharp corners of the surface with the polytope, and its edges with sharp edges, of faces
     /// that are near.
-    fn add_sharp(
-        &self,
-        near: &Flags,
-        polytope: &Polytope,
-        side: &Placed<'_>,
-        patch: &mut Patch,
-    ) {
+    fn add_sharp(&self, near: &Flags, polytope: &Polytope, side: &Placed<'_>, patch: &mut Patch) {
         let rounding = self.part.rounding;
         let is_near = |faces: &[u32; 2]| faces.iter().all(|k| near.may(*k));
         for corner in self.region.corners.iter().filter(|c| c.sharp && is_near(&c.faces)) {

@@ -16,6 +16,7 @@ mod balls;
 mod beside;
 mod clump;
 mod convex;
+mod depths;
 mod disc;
 mod distance;
 mod ellipse;
@@ -23,9 +24,11 @@ mod ellipsoid;
 mod facets;
 mod flags;
 mod flat;
+mod foot;
 mod ground;
 mod lattice;
 mod mesh;
+mod near;
 mod obstacle;
 mod outline;
 mod part;
@@ -47,6 +50,7 @@ mod support;
 mod touch;
 
 pub use clump::Clump;
+pub use depths::Touch;
 pub use distance::closest;
 pub use ellipse::Ellipse;
 pub use ellipsoid::Ellipsoid;
@@ -59,7 +63,7 @@ pub use polyhedron::Polyhedron;
 pub use region::{Region, Regions};
 pub use scaled::Scaled;
 pub use superquadric::Superquadric;
-pub use touch::{Touch, touch, touch_plane};
+pub use touch::{touch, touch_plane};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 

@@ -12,11 +12,11 @@
 //! A direction m gives each corner a bound, `m.(y - x) - reach`, below which it cannot be nearer: most
 //! corners and edges are passed over.
 
+use crate::depths::{POWER, Patch};
 use crate::flags::Flags;
+use crate::near::{Foot, foot_of_ball, nearest_of_edges, nearest_of_segment, weight_of_edges};
 use crate::part::{Edge, Face, Polytope};
 use crate::placed::Placed;
-use crate::region::{Foot, foot_of_ball, nearest_of_segment};
-use crate::touch::{POWER, Patch, nearest_of_edges, weight_of_edges};
 use nalgebra::Vector3;
 
 /// Most directions that two are seen along before all corners and edges count.
@@ -126,9 +126,8 @@ impl Polytope {
             let ahead = |k: &u32| (self.corner(*k) - point).dot(up);
             face.corners.iter().map(ahead).fold(0.0, f64::max)
         };
-        let through = |face: &&Face| {
-            (point - self.corner(face.corners[0])).dot(&face.normal).abs() <= slack
-        };
+        let through =
+            |face: &&Face| (point - self.corner(face.corners[0])).dot(&face.normal).abs() <= slack;
         let best = self.faces.iter().filter(through).map(|face| (beyond(face), face));
         let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
         best.filter(|(beyond, _)| *beyond > slack).map(|(_, face)| face)
@@ -200,8 +199,7 @@ impl<'a> Seen<'a> {
                 bound = take(Feature { distance, normal, points, counts: 1.0 });
             }
         }
-        let is_near =
-            |side: usize, edge: &Edge| edge.corners.iter().any(|k| near[side].may(*k));
+        let is_near = |side: usize, edge: &Edge| edge.corners.iter().any(|k| near[side].may(*k));
         let side = self.sides[1];
         for own in self.polytopes[0].edges.iter().filter(|edge| is_near(0, edge)) {
             let ends = self.polytopes[0].ends(&own.corners).map(|end| {

@@ -18,11 +18,11 @@
 //! saddles between them. D changes smoothly as the ball goes from one face to the next, also
 //! where these make a hollow.
 
-use crate::beside::Beside;
+use crate::foot::{foot, least_gap};
 use crate::mesh::{Face, Mesh};
+use crate::near::{Foot, foot_of_ball, nearest};
 use crate::part::{Core, Part};
 use crate::placed::{Placed, Pose};
-use crate::polytope;
 use nalgebra::{Rotation3, Vector3};
 
 /// Cosine of the angle between the directions to a part, or between the normals, up to which faces
@@ -129,136 +129,6 @@ impl Regions {
         corners.clear();
         self.count += 1;
     }
-}
-
-/// The point of a face, an edge or a corner that is nearest to a part.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Foot {
-    /// From there to the part's surface (m), negative where they overlap.
-    pub gap: f64,
-    /// From there to the part, of length 1.
-    pub up: Vector3<f64>,
-    /// The point (m).
-    pub place: Vector3<f64>,
-}
-
-/// That of the simplex with these corners (m) of a face with this normal.
-pub(crate) fn foot(
-    part: &Part,
-    pose: &Pose,
-    simplex: &[Vector3<f64>],
-    normal: &Vector3<f64>,
-) -> Foot {
-    let placed = Placed::new(part, pose);
-    match &part.core {
-        Core::Polytope(polytope) => {
-            polytope::foot(polytope, &placed, part.rounding, simplex, normal)
-        }
-        _ => match Beside::new(placed) {
-            Some(beside) => beside.foot(simplex, normal),
-            None => foot_of_ball(&placed.place, part.rounding, simplex, normal),
-        },
-    }
-}
-
-/// Whether the nearest point of a polytope sees a face from behind, as the far side of a tip.
-fn is_far_side(part: &Part, foot: &Foot, face: &Face) -> bool {
-    matches!(part.core, Core::Polytope(_)) && foot.up.dot(&face.normal) < 0.0
-}
-
-/// The least that the gap of a part to a face of these corners can be (m).
-fn least_gap(part: &Part, placed: &Placed<'_>, corners: &[Vector3<f64>]) -> f64 {
-    let (middle, reach) = around(corners);
-    let gap = match &part.core {
-        Core::Polytope(polytope) => {
-            let back = placed.orientation.inverse_transform_vector(&(middle - placed.place));
-            polytope.height(&back) - part.rounding
-        }
-        _ => match Beside::new(*placed) {
-            Some(beside) => beside.foot(&[middle], &Vector3::zeros()).gap,
-            None => (middle - placed.place).norm() - part.rounding,
-        },
-    };
-    gap - reach
-}
-
-/// The middle of some corners (m), and how far they are from it at most, or a little further (m).
-pub(crate) fn around(corners: &[Vector3<f64>]) -> (Vector3<f64>, f64) {
-    let middle = corners.iter().sum::<Vector3<f64>>() / corners.len() as f64;
-    let square = |corner: &Vector3<f64>| (corner - middle).norm_squared();
-    let reach = corners.iter().map(square).fold(0.0, f64::max).sqrt();
-    (middle, reach * (1.0 + 1e-9))
-}
-
-/// The same of a ball about a place (m).
-#[inline]
-pub(crate) fn foot_of_ball(
-    middle: &Vector3<f64>,
-    radius: f64,
-    simplex: &[Vector3<f64>],
-    normal: &Vector3<f64>,
-) -> Foot {
-    let place = nearest(simplex, middle);
-    let way = middle - place;
-    let (distance, height) = (way.norm(), way.dot(normal));
-    // Straight below a face its outward normal says which way out is.
-    if height <= -(1.0 - 1e-9) * distance {
-        return Foot { gap: -distance - radius, up: *normal, place };
-    }
-    Foot { gap: distance - radius, up: way / distance, place }
-}
-
-/// The point of a corner, a segment or a triangle that is nearest to another one (m).
-#[inline]
-pub(crate) fn nearest(simplex: &[Vector3<f64>], point: &Vector3<f64>) -> Vector3<f64> {
-    match simplex {
-        [a, b] => nearest_of_segment(a, b, point),
-        [a, b, c] => nearest_of_triangle([a, b, c], point),
-        _ => simplex[0],
-    }
-}
-
-pub(crate) fn nearest_of_segment(
-    a: &Vector3<f64>,
-    b: &Vector3<f64>,
-    point: &Vector3<f64>,
-) -> Vector3<f64> {
-    let edge = b - a;
-    let part = (point - a).dot(&edge) / edge.norm_squared();
-    if part <= 0.0 {
-        *a
-    } else if part >= 1.0 {
-        *b
-    } else {
-        a + part * edge
-    }
-}
-
-/// By the regions of the plane in which the corners, the edges or the face are nearest (Ericson,
-/// Real-Time Collision Detection, 5.1.5).
-fn nearest_of_triangle([a, b, c]: [&Vector3<f64>; 3], point: &Vector3<f64>) -> Vector3<f64> {
-    let (e, f) = (b - a, c - a);
-    let of = |corner: &Vector3<f64>| {
-        let way = point - corner;
-        (e.dot(&way), f.dot(&way))
-    };
-    let ((ae, af), (be, bf), (ce, cf)) = (of(a), of(b), of(c));
-    let (u, v, w) = (be * cf - ce * bf, ce * af - ae * cf, ae * bf - be * af);
-    if u > 0.0 && v > 0.0 && w > 0.0 {
-        let normal = e.cross(&f);
-        return point - (point - a).dot(&normal) / normal.norm_squared() * normal;
-    }
-    let mut best = (f64::INFINITY, *a);
-    for (beyond, [p, q]) in [(u, [b, c]), (v, [c, a]), (w, [a, b])] {
-        if beyond <= 0.0 {
-            let at = nearest_of_segment(p, q, point);
-            let square = (point - at).norm_squared();
-            if square < best.0 {
-                best = (square, at);
-            }
-        }
-    }
-    best.1
 }
 
 impl Mesh {
@@ -460,6 +330,11 @@ impl Mesh {
         });
         best.map(|foot| (-foot.up, foot.gap))
     }
+}
+
+/// Whether the nearest point of a polytope sees a face from behind, as the far side of a tip.
+fn is_far_side(part: &Part, foot: &Foot, face: &Face) -> bool {
+    matches!(part.core, Core::Polytope(_)) && foot.up.dot(&face.normal) < 0.0
 }
 
 /// Calls with each edge or corner once, in the first of its regions, with what all of them count.

@@ -6,12 +6,13 @@
 //! ```
 
 use crate::placed::Placed;
-use crate::smooth::NONE;
 use nalgebra::{Matrix3, Vector3};
 
 /// Most iterations, and the part of the distance to which it is found.
 const MOST: usize = 100;
 const TOLERANCE: f64 = 1e-6;
+/// Distance of cores, of the way between their middles, below which they overlap.
+pub(crate) const NONE: f64 = 1e-9;
 
 /// A corner: the support points of both bodies, and the numbers of the corners that they are.
 #[derive(Clone, Copy, Debug, Default)]
@@ -124,7 +125,10 @@ pub(crate) fn search(cores: &[Placed<'_>; 2], way: &Vector3<f64>) -> Option<[Vec
             break;
         }
         (simplex, length) = (next, nearest);
-        way = { let [x, y] = simplex.points(); y - x } / length;
+        way = {
+            let [x, y] = simplex.points();
+            y - x
+        } / length;
     }
     length.is_finite().then(|| simplex.points())
 }

@@ -14,7 +14,7 @@
 
 use crate::part::Core;
 use crate::placed::{Closest, Placed};
-use crate::simplex;
+use crate::simplex::{self, NONE};
 use crate::superquadric::Surface;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
@@ -26,8 +26,6 @@ const SAME: f64 = 1e-13;
 const LEAST_TURN: f64 = 1e-9;
 /// Angle (rad) between the normals, and between them and the way, of points that are nearest.
 const NEAREST: f64 = 1e-7;
-/// Distance of cores, of the way between their middles, below which they overlap.
-pub(crate) const NONE: f64 = 1e-9;
 
 /// The surface of a curved body before its skin was taken off.
 struct Side<'a> {
