@@ -163,7 +163,7 @@ impl<'a> Beside<'a> {
         }
     }
 
-    /// The least along an edge from a point (m) by its slope, which grows from one end to the other.
+    /// The least along an edge from a point (m), by its slope, which grows from end to end.
     fn search(&self, a: &Vector3<f64>, along: &Vector3<f64>, length: f64) -> Foot {
         let slope = |foot: &Foot| -foot.up.dot(along);
         let ends = [self.corner(a), self.corner(&(a + length * along))];

@@ -92,7 +92,7 @@ impl Above<'_> {
                 add(&mut patch, &self.foot_of(self.simplex(face), &face.normal), 1.0);
             }
         }
-        self.add_borders(&overlapping, &mut patch, |simplex| {
+        self.add_edges(&overlapping, &mut patch, |simplex| {
             self.foot_of(simplex, &Vector3::zeros())
         });
         self.whole(&patch).unwrap_or_else(|| self.single(&nearest))
@@ -125,7 +125,7 @@ impl Above<'_> {
     }
 
     /// Adds the depths of edges and corners by the signs of Euler's sum.
-    fn add_borders(
+    fn add_edges(
         &self,
         overlapping: &Flags,
         patch: &mut Patch,
@@ -226,14 +226,14 @@ impl Above<'_> {
             }
         }
         if overlapping.count > 0 {
-            self.add_borders(&overlapping, patch, |simplex| {
+            self.add_edges(&overlapping, patch, |simplex| {
                 foot_of_ball(corner, radius, simplex, &none)
             });
         }
     }
 
-    /// Adds sharp corners of the surface with the polytope, and its edges with sharp edges, of faces
-    /// that are near.
+    /// Adds sharp corners of the surface with the polytope, and its edges with sharp edges, where
+    /// their faces are near.
     fn add_sharp(&self, near: &Flags, polytope: &Polytope, side: &Placed<'_>, patch: &mut Patch) {
         let rounding = self.part.rounding;
         let is_near = |faces: &[u32; 2]| faces.iter().all(|k| near.may(*k));

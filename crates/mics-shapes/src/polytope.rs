@@ -9,7 +9,7 @@
 //!     '---------'                              where its foot is in that face, and else its way to
 //!                                              the nearest edge; inside that height, negative
 //! ```
-//! A direction m gives each corner a bound, `m.(y - x) - reach`, below which it cannot be nearer: most
+//! A direction m gives each corner a bound, `m.(y - x) - reach`, than which it is no nearer: most
 //! corners and edges are passed over.
 
 use crate::depths::{POWER, Patch};
@@ -214,8 +214,8 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// An edge of the first, by its ends in the axes of the second (m), and one of that, whose
-    /// middles are within `reach` (m), where they may be nearer than `bound` (m) and have not crossed.
+    /// An edge of the first, by its ends in the axes of the second (m), and one of that, where their
+    /// middles are within `reach` (m), and they within `bound` (m) without having crossed.
     fn edges(
         &self,
         own: &[Vector3<f64>; 2],

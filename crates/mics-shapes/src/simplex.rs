@@ -1,5 +1,5 @@
-//! About where two convex cores are nearest, by the algorithm of Gilbert, Johnson and Keerthi (1988,
-//! doi 10.1109/56.2083): in each iteration the point of a simplex that is nearest to the origin.
+//! About where two convex cores are nearest, by the algorithm of Gilbert, Johnson and Keerthi
+//! (1988, doi 10.1109/56.2083): in each iteration the point of a simplex that is nearest to the origin.
 //!
 //! ```text
 //!   v = sum l_k w_k,  sum l_k = 1,  l_k >= 0      w = b - a, of support points of both bodies
@@ -102,8 +102,8 @@ fn project(all: &[Corner; 4], set: usize) -> Option<(Vector3<f64>, Simplex)> {
     Some((point, chosen))
 }
 
-/// Where two cores are nearest (m), about; `way` is a direction from the first to the second. `None`
-/// where they overlap.
+/// About where two cores are nearest (m); `way` is a direction from the first to the second.
+/// `None` where they overlap.
 pub(crate) fn search(cores: &[Placed<'_>; 2], way: &Vector3<f64>) -> Option<[Vector3<f64>; 2]> {
     let (mut simplex, mut way, mut length) = (Simplex::default(), *way, f64::INFINITY);
     for _ in 0..MOST {

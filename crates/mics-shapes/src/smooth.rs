@@ -1,4 +1,5 @@
-//! The nearest points of a superquadric and another curved body, by Newton's method on the surfaces.
+//! The nearest points of a superquadric and another curved body, by Newton's method on both
+//! surfaces.
 //!
 //! ```text
 //!   r = (y - x)_t,  g = n(x) + m(y)      x, y on both surfaces, n, m outward normals there:
@@ -8,7 +9,7 @@
 //! ```
 //! The places, not the directions, are unknowns: on the flats of a superquadric a place moves a
 //! long way as the normal hardly turns. The surfaces are those of the bodies, parallel to their
-//! cores. It starts from what lies furthest along a guessed normal, where both are nearest once that
+//! cores. It starts from what lies furthest along a guessed normal, where both are nearest if that
 //! is known from a moment before, and else from the algorithm of Gilbert, Johnson and Keerthi
 //! ([`crate::simplex`]).
 

@@ -1,5 +1,5 @@
-//! Stones on sharp corners and thin walls of obstacles: whatever the angle, nothing is pushed out of
-//! the far side of a tip.
+//! Stones on sharp corners and thin walls of obstacles: whatever the angle, nothing is pushed out
+//! of the far side of a tip.
 
 use super::crowd::Dice;
 use super::obstacles::standing;
