@@ -131,8 +131,8 @@ fn raster(n: usize, rough: f64) -> Obstacle {
     Obstacle::surface(&triangles, &room).expect("a closed bed")
 }
 
-/// The cost of a search and of a substep of a body on a raster (us), of which the deepest point lies
-/// this deep (m).
+/// The cost of a search and of a substep of a body on a raster (us), of which the deepest point
+/// lies this deep (m).
 fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
     let mesh = bed.faces();
     let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, 0.2, 0.1));

@@ -1,10 +1,10 @@
-//! A curved body beside what stands fixed: corners, edges and faces, of an obstacle or of a polytope.
+//! A curved body beside what stands fixed: corners, edges and faces, of an obstacle or a polytope.
 //!
 //! ```text
 //!       .---.        corner   its signed distance from the surface, convex over all of space
 //!      ( body)       edge     the least along it
-//!       '-v-'        face     the height of the point of the body that lies furthest down, where that
-//!     ----+----               is above the face, and else the least of its edges
+//!       '-v-'        face     the height of the point of the body that lies furthest down, where
+//!     ----+----               that is above the face, and else the least of its edges
 //! ```
 //! What is nearest of a polytope is found by going from a face to one beside it as long as that is
 //! nearer: a convex function has no other lowest point.

@@ -214,8 +214,8 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// An edge of the first, by its ends in the axes of the second (m), and one of that, where their
-    /// middles are within `reach` (m), and they within `bound` (m) without having crossed.
+    /// An edge of the first, by its ends in the axes of the second (m), and one of that, where
+    /// their middles are within `reach` (m), and they within `bound` (m) without having crossed.
     fn edges(
         &self,
         own: &[Vector3<f64>; 2],

@@ -1,5 +1,6 @@
 //! About where two convex cores are nearest, by the algorithm of Gilbert, Johnson and Keerthi
-//! (1988, doi 10.1109/56.2083): in each iteration the point of a simplex that is nearest to the origin.
+//! (1988, doi 10.1109/56.2083): in each iteration the point of a simplex that is nearest to the
+//! origin.
 //!
 //! ```text
 //!   v = sum l_k w_k,  sum l_k = 1,  l_k >= 0      w = b - a, of support points of both bodies
