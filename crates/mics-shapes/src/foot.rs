@@ -7,23 +7,26 @@ use crate::placed::{Placed, Pose};
 use crate::polytope;
 use nalgebra::Vector3;
 
-/// That of the simplex with these corners (m) of a face with this normal.
+/// That of the simplex with these corners (m) of a face with this normal, where the gap is less
+/// than `most` (m).
 pub(crate) fn foot(
     part: &Part,
     pose: &Pose,
     simplex: &[Vector3<f64>],
     normal: &Vector3<f64>,
-) -> Foot {
+    most: f64,
+) -> Option<Foot> {
     let placed = Placed::new(part, pose);
-    match &part.core {
+    let found = match &part.core {
         Core::Polytope(polytope) => {
-            polytope::foot(polytope, &placed, part.rounding, simplex, normal)
+            return polytope::foot(polytope, &placed, part.rounding, (simplex, normal), most);
         }
         _ => match Beside::new(placed) {
             Some(beside) => beside.foot(simplex, normal),
             None => foot_of_ball(&placed.place, part.rounding, simplex, normal),
         },
-    }
+    };
+    (found.gap < most).then_some(found)
 }
 
 /// The least that the gap of a part to a face of these corners can be (m).

@@ -78,10 +78,12 @@ impl Above<'_> {
         let (nearest, overlapping) = match Beside::new(placed) {
             Some(beside) => self.find(|face, best| {
                 let foot = beside.nearer(self.simplex(face), &face.normal, best)?;
-                add(&mut patch, &foot, 1.0);
+                add(&mut patch, Some(foot), 1.0);
                 Some(foot)
             }),
-            None => self.find(|face, _| Some(self.foot_of(self.simplex(face), &face.normal))),
+            None => {
+                self.find(|face, _| self.foot_of(self.simplex(face), &face.normal, f64::INFINITY))
+            }
         };
         if overlapping.count < 2 {
             return self.single(&nearest);
@@ -89,17 +91,18 @@ impl Above<'_> {
         if self.part.core == Core::Point {
             patch = Patch::about(self.part.rounding, nearest.place, power);
             for (_, face) in self.near().filter(|(k, _)| overlapping.may(*k as u32)) {
-                add(&mut patch, &self.foot_of(self.simplex(face), &face.normal), 1.0);
+                add(&mut patch, self.foot_of(self.simplex(face), &face.normal, 0.0), 1.0);
             }
         }
         self.add_edges(&overlapping, &mut patch, |simplex| {
-            self.foot_of(simplex, &Vector3::zeros())
+            self.foot_of(simplex, &Vector3::zeros(), 0.0)
         });
         self.whole(&patch).unwrap_or_else(|| self.single(&nearest))
     }
 
-    fn foot_of(&self, simplex: &[Vector3<f64>], normal: &Vector3<f64>) -> Foot {
-        foot(self.part, self.pose, simplex, normal)
+    /// That of a simplex of a face with this normal, where the gap is less than `most` (m).
+    fn foot_of(&self, simplex: &[Vector3<f64>], normal: &Vector3<f64>, most: f64) -> Option<Foot> {
+        foot(self.part, self.pose, simplex, normal, most)
     }
 
     /// The foot of the nearest face, and which overlap. Those that are no nearer since they were
@@ -129,16 +132,16 @@ impl Above<'_> {
         &self,
         overlapping: &Flags,
         patch: &mut Patch,
-        foot: impl Fn(&[Vector3<f64>]) -> Foot,
+        foot: impl Fn(&[Vector3<f64>]) -> Option<Foot>,
     ) {
         for Bound { corners, counts, faces, .. } in &self.region.edges {
             if *counts != 0.0 && faces.iter().all(|k| overlapping.may(*k)) {
-                add(patch, &foot(&corners.map(|k| self.mesh.corner(k))), *counts);
+                add(patch, foot(&corners.map(|k| self.mesh.corner(k))), *counts);
             }
         }
         for Bound { corners, counts, faces, .. } in &self.region.corners {
             if *counts != 0.0 && faces.iter().all(|k| overlapping.may(*k)) {
-                add(patch, &foot(&[self.mesh.corner(*corners)]), *counts);
+                add(patch, foot(&[self.mesh.corner(*corners)]), *counts);
             }
         }
     }
@@ -176,10 +179,12 @@ impl Above<'_> {
     /// How a polytope is beside the region, of which nothing overlaps with it.
     fn beside_polytope(&self, polytope: &Polytope, side: &Placed<'_>) -> Touch {
         let rounding = self.part.rounding;
-        let (nearest, _) = self.find(|face, best| {
+        let (nearest, _) = self.find(|face, most| {
             let simplex = self.simplex(face);
-            let near = self.least_height(polytope, side, simplex) - rounding <= best;
-            near.then(|| polytope::foot(polytope, side, rounding, simplex, &face.normal))
+            if self.least_height(polytope, side, simplex) - rounding > most {
+                return None;
+            }
+            polytope::foot(polytope, side, rounding, (simplex, &face.normal), most)
         });
         // The mean of all corners that are as near.
         let least = nearest.gap + SAME * self.part.radius;
@@ -221,13 +226,13 @@ impl Above<'_> {
             let normal = if behind { &none } else { &face.normal };
             let foot = foot_of_ball(corner, radius, self.simplex(face), normal);
             if foot.gap < 0.0 {
-                add(patch, &foot, 1.0);
+                add(patch, Some(foot), 1.0);
                 overlapping.add(k);
             }
         }
         if overlapping.count > 0 {
             self.add_edges(&overlapping, patch, |simplex| {
-                foot_of_ball(corner, radius, simplex, &none)
+                Some(foot_of_ball(corner, radius, simplex, &none))
             });
         }
     }
@@ -240,7 +245,7 @@ impl Above<'_> {
         for corner in self.region.corners.iter().filter(|c| c.sharp && is_near(&c.faces)) {
             let place = [self.mesh.corner(corner.corners)];
             if self.least_height(polytope, side, &place) < rounding {
-                add(patch, &self.foot_of(&place, &Vector3::zeros()), 1.0);
+                add(patch, self.foot_of(&place, &Vector3::zeros(), 0.0), 1.0);
             }
         }
         for edge in self.region.edges.iter().filter(|e| e.sharp && is_near(&e.faces)) {
@@ -268,7 +273,9 @@ impl Above<'_> {
     }
 }
 
-/// Adds the depth of a foot, that counts so many times.
-fn add(patch: &mut Patch, foot: &Foot, counts: f64) {
-    patch.add(-foot.gap, &-foot.up, &foot.place, counts);
+/// Adds the depth of a foot, if there is one, that counts so many times.
+fn add(patch: &mut Patch, foot: Option<Foot>, counts: f64) {
+    if let Some(foot) = foot {
+        patch.add(-foot.gap, &-foot.up, &foot.place, counts);
+    }
 }

@@ -284,50 +284,71 @@ pub(crate) fn meet(
 
 /// The point of a corner, a segment or a triangle that stands fixed, with this outward normal,
 /// which is nearest to a polytope with this rounding (m), of which no corner lies within the solid.
+/// `None` where the gap is no less than `most` (m).
 pub(crate) fn foot(
     polytope: &Polytope,
     side: &Placed<'_>,
     rounding: f64,
-    simplex: &[Vector3<f64>],
-    normal: &Vector3<f64>,
-) -> Foot {
-    let mut best = Foot { gap: f64::INFINITY, up: *normal, place: simplex[0] };
+    (simplex, normal): (&[Vector3<f64>], &Vector3<f64>),
+    most: f64,
+) -> Option<Foot> {
+    let mut best = None;
+    let mut gap = most;
+    let mut take = |foot: Foot| {
+        if foot.gap < gap {
+            (gap, best) = (foot.gap, Some(foot));
+        }
+        gap
+    };
     for place in simplex {
         let back = side.orientation.inverse_transform_vector(&(place - side.place));
-        let (distance, away) = polytope.beside(&back);
-        if distance - rounding < best.gap {
+        if simplex.len() == 1 || polytope.height(&back) - rounding < most {
+            let (distance, away) = polytope.beside(&back);
             let up = -(side.orientation * away);
-            best = Foot { gap: distance - rounding, up, place: *place };
+            take(Foot { gap: distance - rounding, up, place: *place });
         }
     }
     if simplex.len() == 1 {
         return best;
     }
-    let above = |place: &Vector3<f64>| (place - simplex[0]).dot(normal) - rounding;
-    for corner in polytope.corners.iter().map(|corner| side.at(corner)) {
-        if above(&corner) < best.gap {
-            let foot = foot_of_ball(&corner, rounding, simplex, &Vector3::zeros());
-            if foot.gap < best.gap {
-                best = foot;
-            }
+    let mut near = Flags::none();
+    let none = Vector3::zeros();
+    for (k, corner) in polytope.corners.iter().map(|corner| side.at(corner)).enumerate() {
+        if (corner - simplex[0]).dot(normal) - rounding < most {
+            near.add(k);
+            take(foot_of_ball(&corner, rounding, simplex, &none));
         }
     }
-    for edge in &polytope.edges {
+    if near.count == 0 {
+        return best;
+    }
+    for edge in polytope.edges.iter().filter(|edge| edge.corners.iter().any(|k| near.may(*k))) {
         let ends = polytope.ends(&edge.corners).map(|end| side.at(&end));
-        if ends.iter().all(|end| above(end) >= best.gap) {
-            continue;
-        }
         for k in 0..if simplex.len() == 2 { 1 } else { 3 } {
             let other = [simplex[k], simplex[(k + 1) % simplex.len()]];
-            if weight_of_edges(&ends, &other).is_none() {
-                continue;
-            }
-            let [x, y] = nearest_of_edges(&ends, &other);
-            let gap = (y - x).norm() - rounding;
-            if gap < best.gap && (x - y).dot(normal) >= 0.0 {
-                best = Foot { gap, up: (x - y).try_normalize(0.0).unwrap_or(*normal), place: y };
+            if let Some([x, y]) = near_edges(&ends, &other, most + rounding) {
+                let up = x - y;
+                if up.dot(normal) >= 0.0 {
+                    let distance = up.norm();
+                    let up = up.try_normalize(0.0).unwrap_or(*normal);
+                    take(Foot { gap: distance - rounding, up, place: y });
+                }
             }
         }
     }
     best
+}
+
+/// The nearest points of two edges (by their ends, m) where they may be within a distance (m).
+fn near_edges(
+    one: &[Vector3<f64>; 2],
+    other: &[Vector3<f64>; 2],
+    within: f64,
+) -> Option<[Vector3<f64>; 2]> {
+    let middles = 0.5 * (one[0] + one[1] - other[0] - other[1]);
+    let reach = within + 0.5 * ((one[1] - one[0]).norm() + (other[1] - other[0]).norm());
+    if middles.norm_squared() > reach * reach || weight_of_edges(one, other).is_none() {
+        return None;
+    }
+    Some(nearest_of_edges(one, other))
 }

@@ -194,8 +194,9 @@ impl Mesh {
             if sphere.gap > reach || !ball && least_gap(part, &placed, corners) > reach {
                 return;
             }
-            let foot = foot(part, pose, corners, &face.normal);
-            if foot.gap <= reach && !is_far_side(part, &foot, face) {
+            // What is as far away as it reaches, too.
+            let foot = foot(part, pose, corners, &face.normal, reach.next_up());
+            if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
                 near.push((foot.gap, foot.up, k));
             }
         });
@@ -318,13 +319,12 @@ impl Mesh {
             if self.is_behind(part, &middle, face, corners, f64::INFINITY, || before) {
                 return;
             }
-            let known = best.filter(|_| part.core != Core::Point);
-            if known.is_some_and(|best| least_gap(part, &placed, corners) > best.gap) {
+            let most = best.map_or(f64::INFINITY, |best| best.gap);
+            if part.core != Core::Point && least_gap(part, &placed, corners) > most {
                 return;
             }
-            let foot = foot(part, pose, corners, &face.normal);
-            let nearer = best.is_none_or(|best| foot.gap < best.gap);
-            if nearer && !is_far_side(part, &foot, face) {
+            let foot = foot(part, pose, corners, &face.normal, most);
+            if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
                 best = Some(foot);
             }
         });
