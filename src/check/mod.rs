@@ -152,7 +152,7 @@ fn describe<const D: usize>(
             Some(touching) => format!(
                 "about {} for the run without contacts, {} with as many in every step",
                 time(steps * without),
-                time(steps * (without + touching.seconds()))
+                time(steps * (without + touching.seconds))
             ),
         },
         size(disk.all)

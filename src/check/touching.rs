@@ -6,7 +6,8 @@
 //!    o    o     -->    onto another body, an obstacle or a wall, and into it by a resting overlap
 //!   ___________          __o_o_oo____
 //! ```
-//! The time of a step is halved until what is measured is short; a substep costs as much in any.
+//! Long steps are not tried where short ones take long already: a step takes a time of its own, and
+//! one that is proportional to its substeps.
 
 use super::stiffness::shortest;
 use crate::config::{Case, Side, Substeps};
@@ -18,80 +19,73 @@ use crate::words::whole;
 use nalgebra::Vector3;
 use std::time::Instant;
 
-/// Longest time (s) for letting bodies down, and for the steps that are tried, of which the last
-/// may take as long again.
-const LONGEST: f64 = 0.5;
-/// Halvings of the first step that is tried.
-const HALVINGS: i32 = 10;
+/// Time (s) after which no further body is let down, and no further step tried but the second.
+const LONGEST: f64 = 1.0;
 /// Overlap of a body at rest, of its radius: that of springs that an impact after a fall of a
 /// diameter compresses by a fiftieth of it.
 const RESTING: f64 = 1e-4;
 
 /// What a step costs in which bodies touch.
 pub struct Touching {
-    /// Bodies that touch, and free bodies in all.
+    /// Free bodies that touch, and all.
     touching: usize,
     free: usize,
-    /// Time of a substep (s).
-    substep: f64,
     /// Substeps in a step.
     substeps: f64,
+    /// Time that contacts add to a step (s).
+    pub seconds: f64,
 }
 
 impl Touching {
-    /// Measures it with steps of `dt` (s); `None` where nothing can touch.
+    /// Measures it with steps of `dt` (s), or of parts of it; `None` where nothing can touch.
     pub fn measured<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Option<Touching> {
         let contacts = scene.method.contacts()?;
         let bodies = let_down(case, scene);
         let free = bodies.iter().filter(|body| body.freedom().is_some()).count();
-        let begun = Instant::now();
-        let mut found = None;
-        for halvings in (0..=HALVINGS).rev() {
-            let h = dt / 2f64.powi(halvings);
-            let Some(tried) = try_step(case, contacts, &bodies, h) else { break };
-            let substeps = if halvings == 0 {
-                tried.taken
-            } else {
-                tried.taken.max(expected_substeps(case, scene, dt))
-            };
-            let substep = tried.seconds / tried.taken;
-            found = Some(Touching { touching: tried.touching, free, substep, substeps });
-            if begun.elapsed().as_secs_f64() > LONGEST {
+        let (begun, mut last, mut found) = (Instant::now(), None, None);
+        for halvings in (0..=halvings(case, scene, dt)).rev() {
+            let parts = 2f64.powi(halvings);
+            let Some(one) = try_step(case, contacts, &bodies, dt / parts) else { continue };
+            let Tried { seconds, taken, touching } = one;
+            // What a step takes beside its substeps is in both.
+            let substep =
+                last.filter(|last: &Tried| last.taken < taken).map_or(seconds / taken, |last| {
+                    ((seconds - last.seconds) / (taken - last.taken)).max(0.0)
+                });
+            let seconds = seconds + (parts - 1.0) * taken * substep;
+            found = Some(Touching { touching, free, substeps: parts * taken, seconds });
+            if last.replace(one).is_some() && begun.elapsed().as_secs_f64() > LONGEST {
                 break;
             }
         }
         found
     }
 
-    /// Time that contacts add to a step (s).
-    pub fn seconds(&self) -> f64 {
-        self.substep * self.substeps
-    }
-
     /// Says it, beside a step (s) without contacts.
     pub fn describe(&self, step: f64) -> String {
         format!(
-            "contacts     {} of {} free bodies touch once they are let down: {:.3} us a substep, {} \
-            substeps a step; {:.2} ms a step without contacts, {:.2} ms with these",
+            "contacts     {} of {} free bodies touch once they are let down: {} substeps a step, \
+            {:.0} us each; {:.2} ms a step without contacts, {:.2} ms with them",
             self.touching,
             self.free,
-            1e6 * self.substep,
-            whole(self.substeps.ceil()),
+            whole(self.substeps),
+            1e6 * self.seconds / self.substeps,
             1e3 * step,
-            1e3 * (step + self.seconds())
+            1e3 * (step + self.seconds)
         )
     }
 }
 
-/// The substeps of a step `dt` (s) with the shortest contact.
-fn expected_substeps<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> f64 {
-    match case.contact.as_ref().map(|law| law.substeps) {
-        Some(Substeps::Count(n)) => n as f64,
-        _ => shortest(scene).map_or(0.0, |time| case.numerics.contact_substeps * dt / time),
-    }
+/// How often a step `dt` (s) is to be halved until it has the fewest substeps that the fluid
+/// between two asks for, by the shortest contact.
+fn halvings<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> i32 {
+    let chosen = case.contact.as_ref().is_some_and(|law| law.substeps == Substeps::Auto);
+    let contacts = shortest(scene).filter(|_| chosen).map_or(0.0, |time| dt / time);
+    (2.0 * contacts).max(1.0).log2() as i32
 }
 
-/// A step that was tried.
+/// A step that was tried: its time (s), its substeps, and the free bodies that touched.
+#[derive(Clone, Copy)]
 struct Tried {
     seconds: f64,
     taken: f64,
