@@ -32,7 +32,7 @@ use mics_run::print;
 use path::{locked_into, run_into};
 use std::path::Path;
 use std::time::Instant;
-use stiffness::{contacts, refuse_too_stiff};
+use stiffness::{contacts, refuse_too_stiff, shortest};
 use touching::Touching;
 
 /// Steps that are tried (and thrown away) to tell the cost of one.
@@ -148,7 +148,7 @@ fn describe<const D: usize>(
         if session.size() == 1 && ranks > 1 { " on one rank" } else { "" },
         memory[0] / 1e6,
         match &touching {
-            None => format!("about {} for the run{}", time(steps * step), uncounted(case)),
+            None => format!("about {} for the run{}", time(steps * step), uncounted(case, &scene)),
             Some(touching) => format!(
                 "about {} for the run without contacts, {} with as many in every step",
                 time(steps * without),
@@ -166,9 +166,13 @@ fn time(seconds: f64) -> String {
 }
 
 /// What is said of contacts that may come and could not be measured.
-fn uncounted(case: &Case) -> &'static str {
-    let free = case.contact.is_some() && case.particle.iter().any(|p| p.is_free());
-    if free { ", contacts not counted: they may take several times as long" } else { "" }
+fn uncounted<const D: usize>(case: &Case, scene: &Scene<D>) -> &'static str {
+    let coming = case.particle.iter().any(|p| p.enter.is_some());
+    if case.contact.is_some() && (coming || shortest(scene).is_some()) {
+        ", contacts not counted: they may take several times as long"
+    } else {
+        ""
+    }
 }
 
 /// Numbers of the method that are not the defaults, for which nothing was validated.

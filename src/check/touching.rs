@@ -12,7 +12,7 @@
 use super::stiffness::shortest;
 use crate::config::{Case, Side, Substeps};
 use crate::contact::Contacts;
-use crate::geometry::Orientation;
+use crate::geometry::shapes::Part;
 use crate::particles::{Accelerations, Body, gap, nearest_image};
 use crate::scene::Scene;
 use crate::words::whole;
@@ -201,13 +201,10 @@ fn free_way(body: &Body, other: &Body, apart: &Vector3<f64>, down: &Vector3<f64>
 
 /// How far a body reaches from its centre in a direction (m).
 fn extent(body: &Body, n: &Vector3<f64>) -> f64 {
-    let turn: Orientation = body.orientation();
-    let own = turn.inverse_transform_vector(n);
-    let reach = |part: &crate::geometry::shapes::Part| {
-        (part.place + part.core.support(&own)).dot(&own) + part.rounding
-    };
     if body.is_round() {
         return body.radius();
     }
+    let own = body.orientation().inverse_transform_vector(n);
+    let reach = |part: &Part| (part.place + part.core.support(&own)).dot(&own) + part.rounding;
     body.parts().iter().map(reach).fold(f64::NEG_INFINITY, f64::max)
 }
