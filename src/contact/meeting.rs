@@ -202,7 +202,8 @@ impl Contacts {
                 let distance = apart.norm();
                 let (normal, radii) = (apart / distance, [body.radius(), other.radius()]);
                 let overlap = body.radius() + other.radius() - distance;
-                let to = [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
+                let to =
+                    [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
                 let arms = Arms { to, normal, couple: 0.0 };
                 let approach = velocity.dot(&normal);
                 Meeting { normal, overlap, gain: 1.0, arms, spread: 0.0, radii, velocity, approach }
@@ -216,7 +217,11 @@ impl Contacts {
                     normal,
                     overlap: body.radius() - distance,
                     gain: 1.0,
-                    arms: Arms { to: [distance * normal, Vector3::zeros()], normal, couple: 0.0 },
+                    arms: Arms {
+                        to: [distance * normal, Vector3::zeros()],
+                        normal,
+                        couple: 0.0,
+                    },
                     spread: 0.0,
                     radii: [body.radius(), f64::INFINITY],
                     velocity,
@@ -315,7 +320,12 @@ impl Contacts {
     }
 
     /// How a pair meets in the middle of a substep `h` (s), and the arms of the contact.
-    pub(super) fn kinematics(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Kinematics, Arms) {
+    pub(super) fn kinematics(
+        &self,
+        pair: &Pair,
+        bodies: &[Body],
+        h: f64,
+    ) -> (Kinematics, Arms) {
         let meeting = self.closest(pair, bodies, h);
         (self.kinematics_at(pair, bodies, h, &meeting), meeting.arms)
     }
@@ -372,7 +382,12 @@ impl Contacts {
 
     /// How the surfaces of a pair respond at the contact by turning (1/kg): along the normal, and
     /// most across it. That of round ones is the same all across.
-    fn turning_response(&self, pair: &Pair, arms: &Arms, round: bool) -> [f64; 2] {
+    fn turning_response(
+        &self,
+        pair: &Pair,
+        arms: &Arms,
+        round: bool,
+    ) -> [f64; 2] {
         let (to, normal) = (&arms.to, &arms.normal);
         let first = &self.inverse_masses[pair.first].inertia;
         let second = self.inverse_masses.get(pair.second).map(|its| &its.inertia);
@@ -390,9 +405,7 @@ impl Contacts {
         let response = |a: &Vector3<f64>, b: &Vector3<f64>| {
             let ([one, its_one], [other, its_other]) = (arms.turns(a), arms.turns(b));
             match second {
-                Some(_) if pair.is_own_image() => {
-                    (one + its_one).dot(&first.of(&(other + its_other)))
-                }
+                Some(_) if pair.is_own_image() => (one + its_one).dot(&first.of(&(other + its_other))),
                 Some(its) => one.dot(&first.of(&other)) + its_one.dot(&its.of(&its_other)),
                 None => one.dot(&first.of(&other)),
             }

@@ -123,7 +123,8 @@ fn raster(n: usize, rough: f64) -> Obstacle {
     // The underside, as fine as the rim.
     for i in 0..n {
         for j in 0..n {
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(floor);
+            let [a, b, c, d] =
+                [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(floor);
             triangles.extend([[a, c, b], [a, d, c]]);
         }
     }
@@ -137,7 +138,10 @@ fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
     let mesh = bed.faces();
     let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, 0.2, 0.1));
     let middle = bed.centre();
-    let at = |z: f64| Pose { place: Vector3::new(2.03, 1.96, z) - middle, orientation: turn };
+    let at = |z: f64| Pose {
+        place: Vector3::new(2.03, 1.96, z) - middle,
+        orientation: turn,
+    };
     let mut regions = Regions::default();
     let overlap = |z: f64, regions: &mut Regions| {
         regions.clear();
@@ -177,8 +181,8 @@ fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
 
 fn main() {
     let ellipse = Ellipse::new([1.0, 0.6]);
-    let square =
-        Polygon::new(&[[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]], 0.0).expect("a square");
+    let square = Polygon::new(&[[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]], 0.0)
+        .expect("a square");
     let corner = |k: usize| {
         let angle = 1.256_637 * k as f64;
         [0.5 * angle.cos(), 0.5 * angle.sin()]

@@ -246,8 +246,9 @@ impl<'a> Beside<'a> {
                 }
             }
         }
-        let corner =
-            |face: &Face, k: usize| polytope.corners[face.corners[k % face.corners.len()] as usize];
+        let corner = |face: &Face, k: usize| {
+            polytope.corners[face.corners[k % face.corners.len()] as usize]
+        };
         let mut best = match above.corners.len() {
             2 => self.edge(&corner(above, 0), &corner(above, 1), &above.normal),
             count => self.face(count, |k| corner(above, k), &above.normal),

@@ -58,8 +58,7 @@ impl Part {
             // At a corner normals lie between those of its faces.
             Core::Polytope(Polytope { corners, faces, .. }) => {
                 let arm = |face: &Face, k: &u32| corners[*k as usize].cross(&face.normal).norm();
-                let of =
-                    |face: &Face| face.corners.iter().map(|k| arm(face, k)).fold(0.0, f64::max);
+                let of = |face: &Face| face.corners.iter().map(|k| arm(face, k)).fold(0.0, f64::max);
                 faces.iter().map(of).fold(0.0, f64::max)
             }
         };

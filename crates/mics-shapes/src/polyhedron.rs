@@ -124,7 +124,8 @@ impl Polyhedron {
 /// The part that contacts see, about this core.
 fn part(core: &Facets, rounding: f64) -> Part {
     let face = |face: &Facet| Face { normal: face.normal, corners: core.round(face).collect() };
-    let polytope = Polytope::new(core.corners().to_vec(), core.faces().iter().map(face).collect());
+    let polytope =
+        Polytope::new(core.corners().to_vec(), core.faces().iter().map(face).collect());
     Part {
         place: Vector3::zeros(),
         core: Core::Polytope(polytope),

@@ -126,8 +126,9 @@ impl Polytope {
             let ahead = |k: &u32| (self.corner(*k) - point).dot(up);
             face.corners.iter().map(ahead).fold(0.0, f64::max)
         };
-        let through =
-            |face: &&Face| (point - self.corner(face.corners[0])).dot(&face.normal).abs() <= slack;
+        let through = |face: &&Face| {
+            (point - self.corner(face.corners[0])).dot(&face.normal).abs() <= slack
+        };
         let best = self.faces.iter().filter(through).map(|face| (beyond(face), face));
         let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
         best.filter(|(beyond, _)| *beyond > slack).map(|(_, face)| face)
@@ -199,7 +200,8 @@ impl<'a> Seen<'a> {
                 take(Feature { distance, normal, points, counts: 1.0 });
             }
         }
-        let is_near = |side: usize, edge: &Edge| edge.corners.iter().any(|k| near[side].may(*k));
+        let is_near =
+            |side: usize, edge: &Edge| edge.corners.iter().any(|k| near[side].may(*k));
         let side = self.sides[1];
         for own in self.polytopes[0].edges.iter().filter(|edge| is_near(0, edge)) {
             let ends = self.polytopes[0].ends(&own.corners).map(|end| {

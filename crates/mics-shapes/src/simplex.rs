@@ -120,10 +120,7 @@ pub(crate) fn search(cores: &[Placed<'_>; 2], way: &Vector3<f64>) -> Option<[Vec
             break;
         }
         (simplex, length) = (next, nearest);
-        way = {
-            let [x, y] = simplex.points();
-            y - x
-        } / length;
+        way = { let [x, y] = simplex.points(); y - x } / length;
     }
     length.is_finite().then(|| simplex.points())
 }

@@ -238,7 +238,10 @@ pub(crate) fn radius(part: &Part, side: &Placed<'_>, n: &Vector3<f64>) -> f64 {
 }
 
 /// How often two edges (by their ends, m) count; `None` of parallel ones, of which the corners do.
-pub(crate) fn weight_of_edges(one: &[Vector3<f64>; 2], other: &[Vector3<f64>; 2]) -> Option<f64> {
+pub(crate) fn weight_of_edges(
+    one: &[Vector3<f64>; 2],
+    other: &[Vector3<f64>; 2],
+) -> Option<f64> {
     let (e, f) = (one[1] - one[0], other[1] - other[0]);
     let sine = e.cross(&f).norm_squared() / (e.norm_squared() * f.norm_squared());
     let weight = sine / (sine + PARALLEL * PARALLEL);

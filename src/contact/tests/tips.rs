@@ -33,8 +33,10 @@ fn ridge(degrees: f64) -> Obstacle {
     let [a, b, c] = tip(degrees);
     let at = |[x, y]: [f64; 2], z: f64| vector![x, y, z];
     let (near, far) = (-0.01, SIZE[2] + 0.01);
-    let mut triangles =
-        vec![[at(a, near), at(c, near), at(b, near)], [at(a, far), at(b, far), at(c, far)]];
+    let mut triangles = vec![
+        [at(a, near), at(c, near), at(b, near)],
+        [at(a, far), at(b, far), at(c, far)],
+    ];
     for [from, to] in [[a, b], [b, c], [c, a]] {
         triangles.push([at(from, near), at(to, near), at(to, far)]);
         triangles.push([at(from, near), at(to, far), at(from, far)]);
@@ -137,8 +139,7 @@ fn stones_bounce_off_corners_of_any_angle() {
 fn polyhedra_bounce_off_edges_of_any_angle() {
     for degrees in [20.0, 40.0, 60.0, 90.0, 130.0] {
         throw_all(&format!("polyhedra on {degrees} degrees"), ridge(degrees), 60, |dice| {
-            let mut at =
-                || 0.006 * vector![dice.about_zero(), dice.about_zero(), dice.about_zero()];
+            let mut at = || 0.006 * vector![dice.about_zero(), dice.about_zero(), dice.about_zero()];
             let corners: Vec<_> = (0..9).map(|_| at()).collect();
             let triangles: Vec<_> =
                 corners.windows(3).map(|three| [three[0], three[1], three[2]]).collect();

@@ -79,8 +79,11 @@ fn ball(radius: f64) -> Part {
 
 fn shapes(flat: bool) -> Vec<Part> {
     let z = if flat { 0.0 } else { 1.0 };
-    let mut all =
-        vec![ball(0.3), cuboid([0.5, 0.3, 0.4 * z], 0.02), ellipsoid([0.5, 0.3, 0.4 * z])];
+    let mut all = vec![
+        ball(0.3),
+        cuboid([0.5, 0.3, 0.4 * z], 0.02),
+        ellipsoid([0.5, 0.3, 0.4 * z]),
+    ];
     // In 2D there are none.
     if !flat {
         all.push(superquadric([0.5, 0.4, 0.3], [8.0, 8.0]));
@@ -169,7 +172,8 @@ fn overlap_changes_as_place_and_normal_say() {
                 };
                 let slope = (moved(h) - moved(-h)) / (2.0 * h);
                 let velocity = move_by + turn.cross(&(found.place - poses[0].place));
-                let expected = found.gain * (velocity + found.couple * turn).dot(&found.normal);
+                let expected =
+                    found.gain * (velocity + found.couple * turn).dot(&found.normal);
                 // Of two boxes without the slope of what nearly parallel edges count.
                 let boxes = [a, b].iter().all(|p| matches!(p.core, Core::Polytope(_))) && !flat;
                 let (apart, limit) = ((slope - expected).abs(), if boxes { 5e-4 } else { 1e-6 });
