@@ -91,6 +91,11 @@ impl Clock {
         }
     }
 
+    /// Seconds in a stage.
+    pub fn spent(&self, stage: Stage) -> f64 {
+        self.spent[stage as usize].as_secs_f64()
+    }
+
     /// CPU seconds of this rank in the stage of the pressure.
     pub fn pressure_cpu(&self) -> f64 {
         self.pressure[1]

@@ -12,7 +12,9 @@ mod particles;
 mod path;
 mod steps;
 mod stiffness;
+mod touching;
 
+use crate::clock::Stage;
 use crate::config::{Case, Loaded};
 use crate::launch::{self, Work};
 use crate::petsc::Session;
@@ -30,7 +32,8 @@ use mics_run::print;
 use path::{locked_into, run_into};
 use std::path::Path;
 use std::time::Instant;
-use stiffness::{contacts, refuse_too_stiff};
+use stiffness::{contacts, refuse_too_stiff, shortest};
+use touching::Touching;
 
 /// Steps that are tried (and thrown away) to tell the cost of one.
 const TRIAL_STEPS: u32 = 3;
@@ -130,32 +133,45 @@ fn describe<const D: usize>(
     let advice = Work::of(case).advice(ranks);
     let taken = (ranks > session.size()).then(|| format!("{ranks}, which a run starts by itself"));
     lines.extend(advice.or(taken).map(|line| format!("ranks        {line}")));
-    let Trial { step, solve_rows } = try_steps(case, &mut scene)?;
+    let touching = Touching::measured(case, &scene, later_step(case, &limits));
+    let Trial { step, without, solve_rows } = try_steps(case, &mut scene)?;
+    lines.extend(touching.as_ref().map(|touching| touching.describe(without)));
     let disk = disk::expected(case, &mut scene, steps, solve_rows)?;
     lines.push(disk::describe(case, &disk));
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
     lines.push(format!(
         "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried{}), \
-        start-up {start_up:.2} s, memory {:.0} MB; about {} for the run{}; {} of disk at most",
+        start-up {start_up:.2} s, memory {:.0} MB; {}; {} of disk at most",
         1e3 * step,
         1e6 * step / scene.domain.grid.total_cells() as f64,
         if session.size() == 1 && ranks > 1 { " on one rank" } else { "" },
         memory[0] / 1e6,
-        minutes((steps * step).ceil()),
-        without_contacts(case),
+        match &touching {
+            None => format!("about {} for the run{}", time(steps * step), uncounted(case, &scene)),
+            Some(touching) => format!(
+                "about {} for the run without contacts, {} with as many in every step",
+                time(steps * without),
+                time(steps * (without + touching.seconds))
+            ),
+        },
         size(disk.all)
     ));
     Ok(lines)
 }
 
-/// What the time of a run is without, in words: the first steps have few contacts.
-fn without_contacts(case: &Case) -> &'static str {
-    let free = case.contact.is_some() && case.particle.iter().any(|p| p.is_free());
-    if free && case.particle.iter().any(|p| !p.shape.is_round()) {
-        ", contacts not counted: those of bodies that are not round may take several times as long"
+/// A time (s) in words.
+fn time(seconds: f64) -> String {
+    minutes(seconds.ceil())
+}
+
+/// What is said of contacts that may come and could not be measured.
+fn uncounted<const D: usize>(case: &Case, scene: &Scene<D>) -> &'static str {
+    let coming = case.particle.iter().any(|p| p.enter.is_some());
+    if case.contact.is_some() && (coming || shortest(scene).is_some()) {
+        ", contacts not counted: they may take several times as long"
     } else {
-        ", more where many particles touch"
+        ""
     }
 }
 
@@ -176,15 +192,19 @@ fn experiment(case: &Case) -> Option<String> {
     })
 }
 
-/// What the first steps took: a step's time (s), and the rows of its solves.
+/// What the first steps took: a step's time (s), that without its contacts (s), and the rows of its
+/// solves.
 struct Trial {
     step: f64,
+    without: f64,
     solve_rows: f64,
 }
 
 /// Tries the first steps as a run would take them.
 fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<Trial> {
-    let (trial, mut before, mut rows) = (Instant::now(), None, 0);
+    scene.domain.clock.lap(Stage::Logs);
+    let in_contacts = |scene: &Scene<D>| scene.domain.clock.spent(Stage::Contacts);
+    let (trial, begun, mut before, mut rows) = (Instant::now(), in_contacts(scene), None, 0);
     for _ in 0..TRIAL_STEPS {
         let left = case.time.end - scene.state.time;
         let (dt, _) = choose_step(case, &scene.limits()?, before, left);
@@ -193,6 +213,7 @@ fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<Trial>
         rows += report.outer + report.krylov;
         before = Some(dt);
     }
-    let step = trial.elapsed().as_secs_f64() / f64::from(TRIAL_STEPS);
-    Ok(Trial { step, solve_rows: f64::from(rows) / f64::from(TRIAL_STEPS) })
+    let (all, tried) = (trial.elapsed().as_secs_f64(), f64::from(TRIAL_STEPS));
+    let without = (all - (in_contacts(scene) - begun)) / tried;
+    Ok(Trial { step: all / tried, without, solve_rows: f64::from(rows) / tried })
 }

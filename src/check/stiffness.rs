@@ -17,7 +17,7 @@ const COSTLY: [f64; 2] = [1000.0, 10.0];
 
 /// The shortest contact (s) after a fall of a diameter, for springs whose time depends on the
 /// speed; `None` without contacts.
-fn shortest<const D: usize>(scene: &Scene<D>) -> Option<f64> {
+pub(super) fn shortest<const D: usize>(scene: &Scene<D>) -> Option<f64> {
     let (bodies, pull) = (&scene.state.bodies, scene.largest_fall());
     let fall = bodies
         .iter()

@@ -282,11 +282,17 @@ pub trait Shape: Debug + Send + Sync {
         apart: &Vector3<f64>,
         along: &Vector3<f64>,
     ) -> Option<f64> {
-        // Each step goes as far as nothing can be in the way.
-        let (mut way, end) = (0.0, apart.norm() + self.radius());
+        // Each step goes as far as nothing can be in the way: to a plane that all of it lies below,
+        // or by the distance.
+        let (mut way, end, least) = (0.0, apart.norm() + self.radius(), 1e-9 * self.radius());
         for _ in 0..200 {
-            let free = self.distance(orientation, &(way * along - apart));
-            if free < 1e-9 * self.radius() {
+            let arm = way * along - apart;
+            let plane = self.plane(orientation, &arm).filter(|(height, _)| *height > least);
+            let free = plane.map_or_else(
+                || self.distance(orientation, &arm),
+                |(height, normal)| height / (-normal.dot(along)).max(0.0),
+            );
+            if free < least {
                 return Some(way);
             }
             way += free;

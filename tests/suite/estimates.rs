@@ -1,6 +1,6 @@
 //! What `mics check` estimates, and what it and a run say alike before the first step.
 
-use crate::support::{mics, run, shipped};
+use crate::support::{columns, mics, run, shipped};
 use std::path::{Path, PathBuf};
 
 /// A stone that falls in a box of water of 64 x 32 cells, with these further keys.
@@ -244,6 +244,42 @@ fn spurious_energy_gain_exits_with_nonzero_status() {
     assert!(said.contains("gained, mostly by friction"), "{said}");
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
     assert!(summary.contains("\"failed\""), "{summary}");
+}
+
+/// The substeps that `mics check` finds before the stone touches the floor are those of a run in
+/// which it lies there; it says nothing of a body that nothing can touch.
+#[test]
+fn check_measures_contacts_before_bodies_touch() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = fall(dir.path(), SPRINGS);
+    let (code, said) = says(&["check", case.to_str().unwrap(), "--set", "time.step=0.002"]);
+    let line = said.lines().find(|line| line.starts_with("contacts   ")).unwrap_or_else(|| {
+        panic!("{said}");
+    });
+    assert!(code == Some(0) && line.contains("1 of 1 free bodies touch"), "{said}");
+    let words: Vec<&str> = line.split(' ').collect();
+    let before = |word: &str| -> f64 {
+        let at = words.iter().position(|found| found.starts_with(word)).unwrap();
+        words[at - 1].parse().unwrap()
+    };
+    assert!(before("substeps") * before("us") > 0.0, "{line}");
+    let cost = said.lines().find(|line| line.starts_with("cost")).unwrap();
+    assert!(cost.contains("for the run without contacts, "), "{cost}");
+
+    let (out, lies) = (dir.path().join("run"), "particle.0.position=[0.7, 0.12499]");
+    run(&case, &out, &["--set", lies, "--set", "time.step=0.002", "--set", "time.end=0.04"]);
+    let substeps = *columns(&out.join("steps.csv"))["substeps"].last().unwrap();
+    println!("{line}: a run takes {substeps} substeps");
+    assert!((0.5..2.0).contains(&(before("substeps") / substeps)), "{line}, {substeps}");
+
+    let open =
+        ["west", "east", "south", "north"].map(|side| format!("boundary.{side}=\"periodic\""));
+    let sets = open.iter().flat_map(|set| ["--set", set]);
+    let words: Vec<&str> = ["check", case.to_str().unwrap()].into_iter().chain(sets).collect();
+    let (code, said) = says(&words);
+    assert_eq!(code, Some(0), "{said}");
+    let speaks = |line: &str| line.starts_with("contacts   ") || line.contains("not counted");
+    assert!(!said.lines().any(speaks), "{said}");
 }
 
 /// What `mics check` says of the disk, beside what the run has left there.

@@ -176,7 +176,7 @@ fn obstacle_force_and_torque_are_in_measures_figures_and_report() {
     let line = |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap();
     // The ground goes on below the box: it has no thickness.
     assert!(!line("bed").contains("thinnest") && line("paddle").contains("thinnest"), "{said}");
-    assert!(line("cost").contains("contacts not counted"), "{said}");
+    assert!(line("contacts  ").contains("2 of 2 free bodies touch"), "{said}");
 
     let out = dir.path().join("run");
     let summary = run(&case, &out, &["--set", "output.figures=true"]);

@@ -1,7 +1,7 @@
 //! An ellipse: the section of an elliptic cylinder along z, of unit depth.
 
-use super::{Core, Geometry, Nearest, Part, Patch, disc};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use super::{Core, Geometry, Nearest, Part, Patch, Tile, disc, rim};
+use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3};
 use std::f64::consts::{PI, TAU};
 
 /// An ellipse (2D).
@@ -50,9 +50,9 @@ pub fn nearest<const D: usize>(half: [f64; D], point: [f64; D]) -> ([f64; D], [f
     let square = half.map(|a| a * a);
     let lowest = least * least;
     let more = square.map(|square| square - lowest);
-    // Newton's method comes to the root from below, where the function is convex and falls. Each
-    // term by itself is a bound, and so is the whole with all of a_i the least (outside) or the
-    // largest one (inside).
+    // Newton's method for one over the root of the sum, which is concave and nearly straight: it
+    // comes from below. Each term by itself is a bound, and so is the whole with all of a_i the
+    // least (outside) or the largest one (inside).
     let mut u = 0.0f64;
     let (mut norm, mut widest) = (0.0, 0.0f64);
     for a in 0..D {
@@ -63,18 +63,18 @@ pub fn nearest<const D: usize>(half: [f64; D], point: [f64; D]) -> ([f64; D], [f
     let scale = norm.sqrt() - 1.0;
     u = u.max(lowest + scale * if scale > 0.0 { lowest } else { widest });
     for _ in 0..100 {
-        let (mut value, mut slope) = (-1.0, 0.0);
+        let (mut value, mut slope) = (0.0, 0.0);
         for a in 0..D {
             let inverse = 1.0 / (u + more[a]);
             let term = half[a] * p[a] * inverse;
             value += term * term;
-            slope -= 2.0 * term * term * inverse;
+            slope += term * term * inverse;
         }
-        let next = u - value / slope;
-        if next <= u {
+        let way = value * (value.sqrt() - 1.0) / slope;
+        u += way.max(0.0);
+        if way <= 1e-9 * u {
             break;
         }
-        u = next;
     }
     let foot = std::array::from_fn(|a| (square[a] * p[a] / (u + more[a])).copysign(point[a]));
     let normal: [f64; D] = std::array::from_fn(|a| foot[a] / square[a]);
@@ -111,6 +111,20 @@ impl Geometry for Ellipse {
         Nearest { distance, normal }
     }
 
+    /// A point stretched with the ellipse to a disc moves no faster than by the least half axis.
+    fn clearance(&self, point: &Vector3<f64>) -> Option<f64> {
+        Some((point.xy().component_div(&self.half).norm() - 1.0) * self.half.min())
+    }
+
+    /// That which touches it on the way from the point to the centre.
+    fn plane(&self, point: &Vector3<f64>) -> Option<Nearest> {
+        let scaled = point.xy().component_div(&self.half);
+        let (norm, slope) = (scaled.norm(), scaled.component_div(&self.half));
+        let normal = slope.try_normalize(0.0)?;
+        let distance = (norm - 1.0) * norm / slope.norm();
+        Some(Nearest { distance, normal: normal.push(0.0) })
+    }
+
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let count = self.count(spacing);
         let patch = |i: usize| {
@@ -136,6 +150,20 @@ impl Geometry for Ellipse {
         (whole * area, Vector3::new(first.x, first.y, 0.0))
     }
 
+    fn tile(
+        &self,
+        factor: f64,
+        turn: &Rotation3<f64>,
+        planes: &[Vec<f64>; 3],
+        found: &mut dyn FnMut(&Tile),
+    ) -> bool {
+        let axes = turn.matrix().fixed_view::<2, 2>(0, 0);
+        let axes = axes * Matrix2::from_diagonal(&(factor * self.half));
+        let whole = rim::Stretched::new(Vector2::zeros(), axes);
+        rim::tile(planes, found, |rim, planes| rim.add_ellipse(planes, &whole));
+        true
+    }
+
     fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -150,7 +178,31 @@ impl Geometry for Ellipse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scatter::scatter;
+    use crate::scatter::{scatter, worst_tiles};
+
+    #[test]
+    fn lattice_of_an_ellipse_equals_single_boxes() {
+        for axes in [[2.0, 0.7], [0.2, 1.0], [1.0, 1.0]] {
+            let worst = worst_tiles(&Ellipse::new(axes));
+            println!("{axes:?}: {worst:?}");
+            assert!(worst.iter().all(|worst| *worst < 1e-13), "{axes:?}: {worst:?}");
+        }
+    }
+
+    #[test]
+    fn planes_and_clearances_are_no_further_than_the_surface() {
+        let body = Ellipse::new([2.0, 0.7]);
+        for k in 0..2000 {
+            let point = Vector3::new(1.5 * scatter(2 * k), scatter(2 * k + 1), 0.0);
+            let (near, plane) = (body.nearest(&point), body.plane(&point).unwrap());
+            let clearance = body.clearance(&point).unwrap();
+            assert!(clearance.abs() <= near.distance.abs() + 1e-15);
+            assert!(clearance * near.distance >= 0.0);
+            assert!(plane.distance <= near.distance + 1e-15);
+            let offset = plane.normal.dot(&point) - plane.distance;
+            assert!((offset - body.extent(&plane.normal)).abs() < 1e-12);
+        }
+    }
 
     #[test]
     fn nearest_points_lie_on_the_ellipse_with_its_normal() {

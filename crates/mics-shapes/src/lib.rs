@@ -38,6 +38,7 @@ mod polygon;
 mod polyhedron;
 mod polytope;
 mod region;
+mod rim;
 mod rows;
 mod scaled;
 #[cfg(test)]

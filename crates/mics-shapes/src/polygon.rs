@@ -9,8 +9,8 @@
 //! ```
 
 use super::flat::Flat;
-use super::{Core, Face, Fault, Geometry, Nearest, Part, Patch, Polytope, disc};
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use super::{Core, Face, Fault, Geometry, Nearest, Part, Patch, Polytope, Tile, disc, rim};
+use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3};
 use std::cell::RefCell;
 
 /// Part of the depth of the centre that contacts take as the thickness of the skin of a body with
@@ -277,6 +277,18 @@ impl Geometry for Polygon {
         Nearest { distance: distance - self.rounding, normal }
     }
 
+    /// Inside exact.
+    fn clearance(&self, point: &Vector3<f64>) -> Option<f64> {
+        self.plane(point).map(|plane| plane.distance)
+    }
+
+    /// The side that it is furthest above.
+    fn plane(&self, point: &Vector3<f64>) -> Option<Nearest> {
+        let above = |side: &Side| side.normal.dot(&point.xy()) - side.offset;
+        let side = self.sides.iter().max_by(|a, b| above(a).total_cmp(&above(b)))?;
+        Some(Nearest { distance: above(side) - self.rounding, normal: side.normal.push(0.0) })
+    }
+
     fn feet(&self, point: &Vector3<f64>, within: f64, feet: &mut Vec<Nearest>) {
         feet.clear();
         for side in &self.sides {
@@ -355,6 +367,31 @@ impl Geometry for Polygon {
             }
             (area, Vector3::new(first.x, first.y, 0.0))
         })
+    }
+
+    fn tile(
+        &self,
+        factor: f64,
+        turn: &Rotation3<f64>,
+        planes: &[Vec<f64>; 3],
+        found: &mut dyn FnMut(&Tile),
+    ) -> bool {
+        let turn = turn.matrix().fixed_view::<2, 2>(0, 0);
+        let (n, rounding) = (self.sides.len(), factor * self.rounding);
+        rim::tile(planes, found, |rim, planes| {
+            for (k, side) in self.sides.iter().enumerate() {
+                let next = &self.sides[(k + 1) % n];
+                let [from, to] = [side, next].map(|side| turn * (factor * side.from));
+                let normals = [side, next].map(|side| turn * side.normal);
+                let out = rounding * normals[0];
+                rim.add_side(planes, &(from + out), &(to + out));
+                if rounding > 0.0 {
+                    let round = rim::Stretched::new(to, Matrix2::from_diagonal_element(rounding));
+                    rim.add_arc(planes, &round, &normals[0], &normals[1]);
+                }
+            }
+        });
+        true
     }
 
     fn parts(&self) -> &[Part] {

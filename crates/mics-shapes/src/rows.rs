@@ -171,7 +171,7 @@ impl Room {
 
 /// How many of the planes lie at a place (m) or below; they are about evenly apart.
 #[inline]
-fn place(planes: &[f64], at: f64) -> usize {
+pub(crate) fn place(planes: &[f64], at: f64) -> usize {
     let [Some(first), Some(last)] = [planes.first(), planes.last()] else { return 0 };
     let part = (at - first) / (last - first) * (planes.len() - 1) as f64;
     let mut next = (part.clamp(0.0, planes.len() as f64) as usize).min(planes.len());

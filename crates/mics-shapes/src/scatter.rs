@@ -72,8 +72,11 @@ pub fn feet(body: &dyn Geometry, reach: f64) -> f64 {
 pub fn worst_tiles(body: &dyn Geometry) -> [f64; 3] {
     let mut worst = [0.0f64; 3];
     for k in 0..60 {
+        let two = body.dimension() == 2;
         let turn = if k % 3 == 0 {
             Rotation3::identity()
+        } else if two {
+            Rotation3::from_scaled_axis(3.0 * scatter(4 * k) * Vector3::z())
         } else {
             let at = |a: usize| 3.0 * scatter(4 * k + a);
             Rotation3::from_euler_angles(at(0), at(1), at(2))
@@ -81,8 +84,11 @@ pub fn worst_tiles(body: &dyn Geometry) -> [f64; 3] {
         let h = [0.07, 0.15, 0.4, 1.3][k % 4] * 2.0 * body.radius();
         let shift = if k % 5 == 0 { 0.0 } else { 0.5 * h * scatter(4 * k + 3) };
         let n = (1.2 * body.radius() / h) as i32 + 2;
-        let planes =
+        let mut planes: [Vec<f64>; 3] =
             [1.0, 0.8, 1.1].map(|part| (-n..=n).map(|i| part * h * f64::from(i) + shift).collect());
+        if two {
+            planes[2] = vec![0.0; 2];
+        }
         worst = worst_tile(body, &turn, &planes, worst);
     }
     worst
@@ -109,7 +115,7 @@ fn worst_tile(
         });
         let middle = turn.inverse_transform_vector(&(0.5 * (low + high)));
         let (volume, first) = body.filled(&middle, &edges);
-        let whole = (high - low).product();
+        let whole: f64 = (0..body.dimension()).map(|a| high[a] - low[a]).product();
         let (part, moment) = match rest.next_if(|tile| tile.at == at) {
             Some(tile) => (tile.part, tile.moment),
             None => (0.0, Vector3::zeros()),

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scatter::{feet, lattice};
+use crate::scatter::{feet, lattice, worst_tiles};
 use std::f64::consts::{PI, TAU};
 
 fn regular(n: usize, radius: f64) -> Vec<[f64; 2]> {
@@ -53,6 +53,8 @@ fn boxes_of_a_turned_lattice_sum_to_the_polygon() {
         let feet = feet(&body, 1.5);
         println!("rounding {rounding}: area {area:.1e}, first moment {first:.1e}, feet {feet:.1e}");
         assert!(area < 1e-13 && first < 1e-13 && feet < 1e-13);
+        let worst = worst_tiles(&body);
+        assert!(worst.iter().all(|worst| *worst < 1e-13), "{rounding}: {worst:?}");
         let around: f64 = body.surface(0.05).iter().map(|patch| patch.area).sum();
         let sides: f64 = body.sides.iter().map(|side| side.length).sum();
         assert!((around - sides - TAU * rounding).abs() < 1e-12);
