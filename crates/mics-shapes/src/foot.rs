@@ -29,18 +29,21 @@ pub(crate) fn foot(
     (found.gap < most).then_some(found)
 }
 
-/// The least that the gap of a part to a face of these corners can be (m).
-pub(crate) fn least_gap(part: &Part, placed: &Placed<'_>, corners: &[Vector3<f64>]) -> f64 {
+/// The foot at the middle of a face of these corners (m), and by how much others are nearer at most
+/// (m).
+pub(crate) fn at_middle(part: &Part, placed: &Placed<'_>, corners: &[Vector3<f64>]) -> (Foot, f64) {
     let (middle, reach) = around(corners);
-    let gap = match &part.core {
+    let found = match &part.core {
         Core::Polytope(polytope) => {
             let back = placed.orientation.inverse_transform_vector(&(middle - placed.place));
-            polytope.height(&back) - part.rounding
+            let (distance, away) = polytope.beside(&back);
+            let up = -(placed.orientation * away);
+            Foot { gap: distance - part.rounding, up, place: middle }
         }
         _ => match Beside::new(*placed) {
-            Some(beside) => beside.foot(&[middle], &Vector3::zeros()).gap,
-            None => (middle - placed.place).norm() - part.rounding,
+            Some(beside) => beside.foot(&[middle], &Vector3::zeros()),
+            None => foot_of_ball(&placed.place, part.rounding, &[middle], &Vector3::zeros()),
         },
     };
-    gap - reach
+    (found, reach)
 }

@@ -18,7 +18,7 @@
 //! saddles between them. D changes smoothly as the ball goes from one face to the next, also
 //! where these make a hollow.
 
-use crate::foot::{foot, least_gap};
+use crate::foot::{at_middle, foot};
 use crate::mesh::{Face, Mesh};
 use crate::near::{Foot, foot_of_ball, nearest};
 use crate::part::{Core, Part};
@@ -190,17 +190,36 @@ impl Mesh {
             }
             // As with walls of the box, the sphere about a part is in reach or not.
             let sphere = foot_of_ball(&middle, part.radius, corners, &face.normal);
-            let ball = part.core == Core::Point;
-            if sphere.gap > reach || !ball && least_gap(part, &placed, corners) > reach {
+            if sphere.gap > reach {
                 return;
             }
-            // What is as far away as it reaches, too.
-            let foot = foot(part, pose, corners, &face.normal, reach.next_up());
+            let foot = self.foot_within(part, pose, corners, &face.normal, reach);
             if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
                 near.push((foot.gap, foot.up, k));
             }
         });
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+    }
+
+    /// The foot of a face with these corners (m) and this normal, where the gap is at most `reach`
+    /// (m).
+    fn foot_within(
+        &self,
+        part: &Part,
+        pose: &Pose,
+        corners: &[Vector3<f64>],
+        normal: &Vector3<f64>,
+        reach: f64,
+    ) -> Option<Foot> {
+        if part.core == Core::Point {
+            return foot(part, pose, corners, normal, reach.next_up());
+        }
+        let (middle, more) = at_middle(part, &Placed::new(part, pose), corners);
+        if middle.gap - more > reach {
+            return None;
+        }
+        let nearer = foot(part, pose, corners, normal, middle.gap).unwrap_or(middle);
+        (nearer.gap <= reach).then_some(nearer)
     }
 
     /// Whether a face with these corners (m) faces away from a part with this middle (m) by more
@@ -320,10 +339,8 @@ impl Mesh {
                 return;
             }
             let most = best.map_or(f64::INFINITY, |best| best.gap);
-            if part.core != Core::Point && least_gap(part, &placed, corners) > most {
-                return;
-            }
-            let foot = foot(part, pose, corners, &face.normal, most);
+            let foot = self.foot_within(part, pose, corners, &face.normal, most);
+            let foot = foot.filter(|foot| foot.gap < most);
             if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
                 best = Some(foot);
             }
