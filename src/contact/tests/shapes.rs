@@ -368,3 +368,39 @@ fn lubrication_of_parts_conserves_momentum() {
     assert!((end[1] - start[1]).norm() < 1e-4 * start[0].norm() * 0.01);
     assert!(left < 0.95, "{left}");
 }
+
+/// How two boxes meet at the end of a substep follows from how they do in its middle, to second
+/// order.
+#[test]
+fn meeting_at_end_of_substep_follows_from_its_middle() {
+    let shape = solids::cuboid([0.01, 0.008, 0.006], 4e-4);
+    let mut two = [
+        free(&shape, vector![0.03, 0.03, 0.03], vector![0.3, 0.2, 0.1]),
+        free(&shape, vector![0.0303, 0.0497, 0.0295], vector![0.1, 0.4, 0.7]),
+    ];
+    two[0].velocity = vector![0.1, 0.5, 0.2];
+    (two[0].spin, two[1].spin) = (vector![3.0, -8.0, 5.0], vector![-6.0, 2.0, 9.0]);
+    let law = stiff(1e5, 1.0, 0.0);
+    let off = |h: f64| {
+        let mut held = contacts(&two, law, [0.1; 3], &[0, 1, 2], Substeps::Auto).law;
+        let none = [Accelerations::default(); 2];
+        held.begin(&two, &Touching::default(), &none, |_, body| body.inertia());
+        held.search(&two, 0.01, false);
+        held.turn_to_middle(&two, h);
+        let pair = held.pairs[0];
+        let middle = held.closest(&pair, &two, h);
+        let mut moved = two.clone();
+        for body in &mut moved {
+            body.centre += h * body.velocity;
+            body.turn_freely(h);
+        }
+        let exact = held.closest(&pair, &moved, 0.0);
+        let found = held.at_end(&pair, &moved, &middle, 0.5 * h);
+        let apart = |to: &[Vector3<f64>; 2]| to[0] - to[1];
+        assert!((apart(&found.arms.to) - apart(&exact.arms.to)).norm() < 1e-15);
+        (found.overlap - exact.overlap).abs()
+    };
+    let [one, half] = [1e-4, 5e-5].map(off);
+    println!("off by {one:.1e} and {half:.1e} m");
+    assert!(one < 1e-7 && (3.0..5.0).contains(&(one / half)), "{one:e} {half:e}");
+}
