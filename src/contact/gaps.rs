@@ -2,7 +2,7 @@
 
 use super::law::Kinematics;
 use super::lubrication::Lubrication;
-use super::meeting::Arms;
+use super::meeting::{Arms, Met};
 use super::pair::Pair;
 use super::substep::TOUCHING;
 use super::{Contacts, WallSide};
@@ -11,6 +11,9 @@ use nalgebra::Vector3;
 
 /// Part of a gap by which it may change before what fills it is found anew.
 const SAME_GAP: f64 = 1e-3;
+
+/// Part of a gap between shapes that the two may go before it is found anew.
+const SAME_PLACE: f64 = 1e-2;
 
 impl Contacts {
     /// What the fluid in the gaps does over the substep of `h` (s) that is `done`, or over what is
@@ -23,20 +26,29 @@ impl Contacts {
         for p in 0..self.pairs.len() {
             let pair = &mut self.pairs[p];
             pair.due += h;
+            if let Some(met) = &mut self.met[p] {
+                met.age += h;
+            }
             if pair.due == 0.0 || done.is_some_and(|done| done % pair.stride > 0) {
                 continue;
             }
             let substep = if done.is_some() { h } else { 0.0 };
             let h = std::mem::take(&mut pair.due);
             let pair = self.pairs[p];
+            let gone = Self::together(&pair, &self.travelled);
             // No nearer than since it was looked at last.
-            if pair.clear - Self::together(&pair, &self.travelled) > range {
+            if pair.clear - gone > range {
                 continue;
             }
-            let meeting = match self.met.get_mut(p).and_then(Option::take) {
-                Some(met) => self.at_end(&pair, bodies, &met, 0.5 * substep),
+            let still = |met: &Met| gone - met.gone <= SAME_PLACE * -met.meeting.overlap;
+            let known = self.met[p].filter(|met| met.age <= substep || still(met));
+            let meeting = match known {
+                Some(met) => self.at_end(&pair, bodies, &met),
                 None => self.closest(&pair, bodies, 0.0),
             };
+            if known.is_none() && !self.are_round(&pair, bodies) {
+                self.met[p] = Some(Met { meeting, age: 0.0, gone });
+            }
             self.pairs[p].seen = meeting.normal;
             let (gap, arms) = (-meeting.overlap, meeting.arms);
             if gap > range {

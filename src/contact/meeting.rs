@@ -75,6 +75,16 @@ pub(super) struct Meeting {
     pub(super) approach: f64,
 }
 
+/// A meeting as it was found, of a pair of which one is not round.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Met {
+    pub(super) meeting: Meeting,
+    /// How long ago (s), or in the middle of a substep to come where negative.
+    pub(super) age: f64,
+    /// What the two had gone since the search, together (m).
+    pub(super) gone: f64,
+}
+
 impl Meeting {
     /// Whether they touch during a substep `h` (s) in whose middle this is.
     pub(super) fn touches(&self, h: f64) -> bool {
@@ -163,9 +173,10 @@ impl Contacts {
         )
     }
 
-    /// How a pair meets at the end of a substep of which it is known how it met in the middle, half
-    /// of it (s) before, by the velocities at the end.
-    pub(super) fn at_end(&self, pair: &Pair, bodies: &[Body], met: &Meeting, half: f64) -> Meeting {
+    /// How a pair meets of which it is known how it met a while ago, by its velocities now: to
+    /// second order half a substep after.
+    pub(super) fn at_end(&self, pair: &Pair, bodies: &[Body], met: &Met) -> Meeting {
+        let Met { meeting: met, age, .. } = met;
         let body = &bodies[pair.first];
         let (velocity, spin) = match bodies.get(pair.second) {
             Some(other) => (body.velocity - other.velocity, other.spin),
@@ -174,7 +185,7 @@ impl Contacts {
                 (body.velocity - wall.sliding(), Vector3::zeros())
             }
         };
-        let way = half * velocity;
+        let way = *age * velocity;
         let mut arms = met.arms;
         if bodies.get(pair.second).is_some() {
             arms.to = [arms.to[0] - 0.5 * way, arms.to[1] + 0.5 * way];
@@ -182,7 +193,7 @@ impl Contacts {
             arms.to[0] -= way.dot(&met.normal) * met.normal;
         }
         let approach = (velocity + arms.turning([&body.spin, &spin])).dot(&met.normal);
-        let overlap = met.overlap + half * met.gain * approach;
+        let overlap = met.overlap + age * met.gain * approach;
         Meeting { overlap, arms, velocity, approach, ..*met }
     }
 

@@ -58,7 +58,7 @@ use cluster::Clusters;
 use correction::Constraint;
 pub use law::{Damping, Laws, Material};
 pub use lubrication::Medium;
-use meeting::Meeting;
+use meeting::Met;
 use mics_shapes::{Pose, Regions};
 use nalgebra::{Matrix3, Vector3};
 use pair::{Pair, crossed};
@@ -143,8 +143,8 @@ pub struct Contacts {
     /// Scratch of the correction and of the bound on the work of contacts.
     constraints: Vec<Constraint>,
     clusters: Clusters,
-    /// Of the substep: how pairs of which one is not round met in its middle, and what held.
-    met: Vec<Option<Meeting>>,
+    /// How pairs of which one is not round met last, and of the substep what held.
+    met: Vec<Option<Met>>,
     tangential_forces: Vec<TangentialForce>,
     /// Per body that is not round, its pose in the middle of the substep.
     poses: Vec<Pose>,

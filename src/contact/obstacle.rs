@@ -12,7 +12,7 @@ use super::meeting::Meeting;
 use super::pair::{Pair, crossed};
 use crate::geometry::Orientation;
 use crate::particles::{Body, nearest_image};
-use mics_shapes::{Obstacle, Part, Pose, Regions};
+use mics_shapes::{Obstacle, Part, Pose, Reach, Regions};
 use nalgebra::Vector3;
 
 /// A body as an obstacle, where it is one.
@@ -41,14 +41,14 @@ fn seen(body: &Body, apart: &Vector3<f64>, own: &Orientation, its: &Orientation)
     Pose { place: -(back * apart), orientation }
 }
 
-/// Adds the pairs of the parts of a body with the regions of an obstacle within `reach` (m), which
-/// go on with those `before`; whether there are any. The image of the obstacle is the nearest one,
+/// Adds the pairs of the parts of a body with the regions of an obstacle within reach, which go on
+/// with those `before`; whether there are any. The image of the obstacle is the nearest one,
 /// as it has its images in itself.
 pub(super) fn add_pairs(
     [i, o]: [usize; 2],
     bodies: &[Body],
     periods: &[Option<f64>; 3],
-    reach: f64,
+    reach: Reach,
     (before, pairs, regions): (&[Pair], &mut Vec<Pair>, &mut Regions),
 ) -> bool {
     let (body, wall, begin) = (&bodies[i], &bodies[o], pairs.len());

@@ -7,6 +7,7 @@ use super::{Contacts, Wall, obstacle};
 use crate::error::NotFinite;
 use crate::particles::Body;
 use crate::{Error, Result};
+use mics_shapes::Reach;
 use nalgebra::Vector3;
 
 impl Contacts {
@@ -63,7 +64,8 @@ impl Contacts {
                 });
             }
             for &o in self.obstacles.iter().filter(|_| free(i)) {
-                let reach = search_radius[i] + search_radius[o];
+                let all = search_radius[i] + search_radius[o];
+                let reach = Reach { all, touched: all - self.medium.range(&self.numerics) };
                 let before = (before, &mut *pairs, &mut self.regions);
                 if obstacle::add_pairs([i, o], bodies, periods, reach, before) {
                     (paired[i], paired[o]) = (true, true);
@@ -71,6 +73,8 @@ impl Contacts {
             }
             sort(&mut pairs[begin..], body, bodies, &self.walls, periods);
         }
+        self.met.clear();
+        self.met.resize(self.pairs.len(), None);
     }
 
     /// Forgets who was near whom and finds how far bodies reach within `time` (s); the farthest of

@@ -1,7 +1,7 @@
 //! A substep: the kick by accelerations and contacts, the drift; formulas in [`super`].
 
 use super::law::Kinematics;
-use super::meeting::{Arms, Meeting};
+use super::meeting::{Arms, Meeting, Met};
 use super::pair::Pair;
 use super::{Contacts, Impulse};
 use crate::Result;
@@ -30,8 +30,6 @@ impl Contacts {
     fn load(&mut self, bodies: &[Body], h: f64) -> Result<()> {
         self.loads.fill(Impulse::default());
         self.tangential_forces.clear();
-        self.met.clear();
-        self.met.resize(self.pairs.len(), None);
         self.turn_to_middle(bodies, h);
         for (i, body) in bodies.iter().enumerate().filter(|(i, _)| self.paired[*i]) {
             self.reach[i] = self.travelled[i] + h * (body.velocity.norm() + rim_speed(body));
@@ -42,13 +40,13 @@ impl Contacts {
                 continue;
             }
             let meeting = self.closest(&self.pairs[p], bodies, h);
+            let gone = Self::together(&self.pairs[p], &self.travelled);
             self.pairs[p].seen = meeting.normal;
             if !self.are_round(&self.pairs[p], bodies) {
-                self.met[p] = Some(meeting);
+                self.met[p] = Some(Met { meeting, age: -0.5 * h, gone });
             }
             if !meeting.touches(h) {
-                let (gone, pair) =
-                    (Self::together(&self.pairs[p], &self.travelled), &mut self.pairs[p]);
+                let pair = &mut self.pairs[p];
                 (pair.spring, pair.rolled) = (None, Vector3::zeros());
                 pair.clear = gone - meeting.overlap - 0.5 * (reach - gone);
                 continue;

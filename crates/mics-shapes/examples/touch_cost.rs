@@ -5,7 +5,7 @@
 //! contact: the direction of the one before is known.
 
 use mics_shapes::{
-    Ellipse, Ellipsoid, Geometry, Obstacle, Part, Polygon, Polyhedron, Pose, Regions, Room,
+    Ellipse, Ellipsoid, Geometry, Obstacle, Part, Polygon, Polyhedron, Pose, Reach, Regions, Room,
     Superquadric, closest, touch,
 };
 use nalgebra::{Rotation3, Vector3};
@@ -141,7 +141,7 @@ fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
     let mut regions = Regions::default();
     let overlap = |z: f64, regions: &mut Regions| {
         regions.clear();
-        let found = mesh.regions(part, &at(z), 0.1, regions);
+        let found = mesh.regions(part, &at(z), Reach { all: 0.1, touched: 0.1 }, regions);
         let all = found.map(|k| mesh.touch(regions.get(k), part, &at(z), 2.5).overlap);
         all.fold(f64::NEG_INFINITY, f64::max)
     };
@@ -156,16 +156,17 @@ fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
         *(if overlap(middle, &mut regions) > 1e-4 { &mut low } else { &mut high }) = middle;
     }
     high -= deep;
+    let reach = Reach { all: 0.03, touched: 0.03 };
     let begin = cpu();
     let mut searches = 0;
     while cpu() - begin < 1e8 {
         searches += 1;
         regions.clear();
-        black_box(mesh.regions(part, &at(high + 0.01), 0.03, &mut regions));
+        black_box(mesh.regions(part, &at(high + 0.01), reach, &mut regions));
     }
     let search = (cpu() - begin) / 1e3 / f64::from(searches);
     regions.clear();
-    let found = mesh.regions(part, &at(high + 0.01), 0.03, &mut regions);
+    let found = mesh.regions(part, &at(high + 0.01), reach, &mut regions);
     let faces = found.len();
     let begin = cpu();
     let (mut rounds, mut sum) = (0, 0.0);

@@ -13,7 +13,7 @@ use crate::depths::{POWER, Patch, Touch, mean};
 use crate::flags::Flags;
 use crate::foot::foot;
 use crate::mesh::Mesh;
-use crate::near::{Foot, around, foot_of_ball, nearest_of_edges, weight_of_edges};
+use crate::near::{Crossing, Foot, around, crossing, foot_of_ball};
 use crate::part::{Core, Part, Polytope};
 use crate::placed::{Placed, Pose};
 use crate::polytope;
@@ -253,16 +253,12 @@ impl Above<'_> {
             if self.least_height(polytope, side, &other) >= rounding {
                 continue;
             }
-            let (middle, half) = around(&other);
             for own in &polytope.edges {
                 let ends = own.corners.map(|k| side.at(&polytope.corners[k as usize]));
-                let apart = 0.5 * (ends[0] + ends[1]) - middle;
-                let reach = own.half + half + rounding;
-                if apart.norm_squared() > reach * reach {
+                let Some(Crossing { points: [x, y], counts }) = crossing(&ends, &other, rounding)
+                else {
                     continue;
-                }
-                let Some(counts) = weight_of_edges(&ends, &other) else { continue };
-                let [x, y] = nearest_of_edges(&ends, &other);
+                };
                 let way = y - x;
                 let distance = way.norm();
                 if distance > 0.0 && distance < rounding {

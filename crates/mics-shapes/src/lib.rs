@@ -61,7 +61,7 @@ pub use part::{Core, Edge, Face, Part, Polytope};
 pub use placed::{Closest, Pose};
 pub use polygon::Polygon;
 pub use polyhedron::Polyhedron;
-pub use region::{Region, Regions};
+pub use region::{Reach, Region, Regions};
 pub use scaled::Scaled;
 pub use superquadric::Superquadric;
 pub use touch::{touch, touch_plane};

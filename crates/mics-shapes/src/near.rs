@@ -102,24 +102,39 @@ pub(crate) fn around(corners: &[Vector3<f64>]) -> (Vector3<f64>, f64) {
     (middle, reach * (1.0 + 1e-9))
 }
 
-/// How often two edges (by their ends, m) count; `None` of parallel ones, of which the corners do.
-pub(crate) fn weight_of_edges(one: &[Vector3<f64>; 2], other: &[Vector3<f64>; 2]) -> Option<f64> {
-    let (e, f) = (one[1] - one[0], other[1] - other[0]);
-    let sine = e.cross(&f).norm_squared() / (e.norm_squared() * f.norm_squared());
-    let weight = sine / (sine + PARALLEL * PARALLEL);
-    (weight > 0.01).then_some(weight)
+/// The nearest points of two edges.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossing {
+    /// On both (m).
+    pub points: [Vector3<f64>; 2],
+    /// How often they count in a patch.
+    pub counts: f64,
 }
 
-/// The nearest points of two segments that are not parallel, given by their ends (m).
-pub(crate) fn nearest_of_edges(
+/// Those of two edges by their ends (m), if they may be within a distance (m); `None` of parallel
+/// ones, of which the corners count.
+#[inline]
+pub(crate) fn crossing(
     one: &[Vector3<f64>; 2],
     other: &[Vector3<f64>; 2],
-) -> [Vector3<f64>; 2] {
-    let (e, f, way) = (one[1] - one[0], other[1] - other[0], one[0] - other[0]);
+    within: f64,
+) -> Option<Crossing> {
+    let (e, f) = (one[1] - one[0], other[1] - other[0]);
     let (ee, ff, ef) = (e.norm_squared(), f.norm_squared(), e.dot(&f));
+    let reach = 2.0 * within + ee.sqrt() + ff.sqrt();
+    if (one[0] + one[1] - other[0] - other[1]).norm_squared() > reach * reach {
+        return None;
+    }
+    // Of the angle between them.
+    let square = ee * ff - ef * ef;
+    let counts = square / (square + PARALLEL * PARALLEL * ee * ff);
+    if counts <= 0.01 {
+        return None;
+    }
+    let way = one[0] - other[0];
     let (ew, fw) = (e.dot(&way), f.dot(&way));
-    let mut s = ((ef * fw - ew * ff) / (ee * ff - ef * ef)).clamp(0.0, 1.0);
+    let s = ((ef * fw - ew * ff) / square).clamp(0.0, 1.0);
     let t = ((ef * s + fw) / ff).clamp(0.0, 1.0);
-    s = ((ef * t - ew) / ee).clamp(0.0, 1.0);
-    [one[0] + s * e, other[0] + t * f]
+    let s = ((ef * t - ew) / ee).clamp(0.0, 1.0);
+    Some(Crossing { points: [one[0] + s * e, other[0] + t * f], counts })
 }

@@ -111,8 +111,6 @@ pub struct Edge {
     pub corners: [u32; 2],
     /// The faces beside it, by number.
     pub faces: [u32; 2],
-    /// Half of its length (m).
-    pub half: f64,
 }
 
 /// A flat face of a polytope.

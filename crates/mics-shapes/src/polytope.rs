@@ -14,7 +14,7 @@
 
 use crate::depths::{POWER, Patch};
 use crate::flags::Flags;
-use crate::near::{Foot, foot_of_ball, nearest_of_edges, nearest_of_segment, weight_of_edges};
+use crate::near::{Crossing, Foot, crossing, foot_of_ball, nearest_of_segment};
 use crate::part::{Edge, Face, Polytope};
 use crate::placed::Placed;
 use nalgebra::Vector3;
@@ -33,11 +33,8 @@ impl Polytope {
         }
         sides.sort_unstable();
         let two = sides.chunk_by(|one, other| one.0 == other.0);
-        let edges = two.map(|two| {
-            let [a, b] = two[0].0.map(|k| corners[k as usize]);
-            let faces = [two[0].1, two[two.len() - 1].1];
-            Edge { corners: two[0].0, faces, half: 0.5 * (b - a).norm() }
-        });
+        let edges =
+            two.map(|two| Edge { corners: two[0].0, faces: [two[0].1, two[two.len() - 1].1] });
         Polytope { edges: edges.collect(), corners, faces }
     }
 
@@ -206,36 +203,26 @@ impl<'a> Seen<'a> {
                 side.orientation.inverse_transform_vector(&(self.sides[0].at(&end) - side.place))
             });
             for its in self.polytopes[1].edges.iter().filter(|edge| is_near(1, edge)) {
-                let reach = own.half + its.half + bound;
-                if let Some(feature) = self.edges(&ends, its, reach, bound) {
+                if let Some(feature) = self.edges(&ends, its, bound) {
                     bound = take(feature);
                 }
             }
         }
     }
 
-    /// An edge of the first, by its ends in the axes of the second (m), and one of that, where
-    /// their middles are within `reach` (m), and they within `bound` (m) without having crossed.
-    fn edges(
-        &self,
-        own: &[Vector3<f64>; 2],
-        its: &Edge,
-        reach: f64,
-        bound: f64,
-    ) -> Option<Feature> {
-        let (side, its) = (self.sides[1], self.polytopes[1].ends(&its.corners));
-        let middles = own[0] + own[1] - its[0] - its[1];
-        if middles.norm_squared() > 4.0 * reach * reach {
-            return None;
-        }
-        let counts = weight_of_edges(own, &its)?;
-        let points = nearest_of_edges(own, &its);
+    /// An edge of the first, by its ends in the axes of the second (m), and one of that, where they
+    /// are within `bound` (m) without having crossed.
+    fn edges(&self, own: &[Vector3<f64>; 2], its: &Edge, bound: f64) -> Option<Feature> {
+        let side = self.sides[1];
+        let its = self.polytopes[1].ends(&its.corners);
+        let Crossing { points, counts } = crossing(own, &its, bound)?;
         let way = points[1] - points[0];
         let square = way.norm_squared();
         if square == 0.0 || square > bound * bound {
             return None;
         }
-        let (distance, way) = (square.sqrt(), side.orientation * way);
+        let distance = square.sqrt();
+        let way = side.orientation * way;
         let points = points.map(|point| side.at(&point));
         let apart = way.dot(&self.centres) > 0.0;
         apart.then_some(Feature { distance, normal: way / distance, points, counts })
@@ -326,7 +313,8 @@ pub(crate) fn foot(
         let ends = polytope.ends(&edge.corners).map(|end| side.at(&end));
         for k in 0..if simplex.len() == 2 { 1 } else { 3 } {
             let other = [simplex[k], simplex[(k + 1) % simplex.len()]];
-            if let Some([x, y]) = near_edges(&ends, &other, most + rounding) {
+            if let Some(Crossing { points: [x, y], .. }) = crossing(&ends, &other, most + rounding)
+            {
                 let up = x - y;
                 if up.dot(normal) >= 0.0 {
                     let distance = up.norm();
@@ -337,18 +325,4 @@ pub(crate) fn foot(
         }
     }
     best
-}
-
-/// The nearest points of two edges (by their ends, m) where they may be within a distance (m).
-fn near_edges(
-    one: &[Vector3<f64>; 2],
-    other: &[Vector3<f64>; 2],
-    within: f64,
-) -> Option<[Vector3<f64>; 2]> {
-    let middles = 0.5 * (one[0] + one[1] - other[0] - other[1]);
-    let reach = within + 0.5 * ((one[1] - one[0]).norm() + (other[1] - other[0]).norm());
-    if middles.norm_squared() > reach * reach || weight_of_edges(one, other).is_none() {
-        return None;
-    }
-    Some(nearest_of_edges(one, other))
 }

@@ -49,7 +49,7 @@ pub(crate) struct Held {
     pub normal: Vector3<f64>,
     /// The number that contacts know it by.
     pub origin: u32,
-    /// From it to the part when it was found (m).
+    /// From it to the part when it was found (m), or less where it is not touched.
     pub gap: f64,
 }
 
@@ -84,6 +84,15 @@ impl Region {
         let turned = (pose.orientation.matrix() - self.orientation.matrix()).norm();
         (way + part.radius * turned * std::f64::consts::FRAC_1_SQRT_2) * (1.0 + 1e-9)
     }
+}
+
+/// How near the faces are that are found (m).
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// All of them, for the fluid in the gaps.
+    pub all: f64,
+    /// Those that may be touched before faces are found anew: no bound of the gap will do.
+    pub touched: f64,
 }
 
 /// Regions, and the room of those that were.
@@ -132,13 +141,13 @@ impl Regions {
 }
 
 impl Mesh {
-    /// Finds the regions within `reach` (m) of a part of a body in this pose, in the axes of the
-    /// surface, the nearest first, and adds them; their numbers.
+    /// Finds the regions within reach of a part of a body in this pose, in the axes of the surface,
+    /// the nearest first, and adds them; their numbers.
     pub fn regions(
         &self,
         part: &Part,
         pose: &Pose,
-        reach: f64,
+        reach: Reach,
         regions: &mut Regions,
     ) -> std::ops::Range<usize> {
         let begin = regions.count;
@@ -173,27 +182,28 @@ impl Mesh {
     }
 
     /// The faces within reach that do not face away from a part, the nearest first.
-    fn find_near(&self, part: &Part, pose: &Pose, reach: f64, scratch: &mut Scratch) {
+    fn find_near(&self, part: &Part, pose: &Pose, reach: Reach, scratch: &mut Scratch) {
         let Scratch { near, seeds, of, .. } = scratch;
         near.clear();
         seeds.clear();
         of.clear();
         let placed = Placed::new(part, pose);
-        let (middle, widest) = (placed.place, part.radius + reach);
+        let middle = placed.place;
+        let widest = part.radius + reach.all;
         let before = std::cell::OnceCell::new();
-        self.near(&middle, &self.extents(part, &placed, reach), |k| {
+        self.near(&middle, &self.extents(part, &placed, reach.all), |k| {
             let (face, corners) = (self.face(k), &self.corners_of(k)[..self.dimension()]);
             let height = (middle - corners[0]).dot(&face.normal);
             let before = || *before.get_or_init(|| self.before(&middle, widest));
-            if height > widest || self.is_behind(part, &middle, face, corners, reach, before) {
+            if height > widest || self.is_behind(part, &middle, face, corners, reach.all, before) {
                 return;
             }
             // As with walls of the box, the sphere about a part is in reach or not.
             let sphere = foot_of_ball(&middle, part.radius, corners, &face.normal);
-            if sphere.gap > reach {
+            if sphere.gap > reach.all {
                 return;
             }
-            let foot = self.foot_within(part, pose, corners, &face.normal, reach);
+            let foot = self.foot_within(part, pose, k, reach);
             if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
                 near.push((foot.gap, foot.up, k));
             }
@@ -201,25 +211,21 @@ impl Mesh {
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
     }
 
-    /// The foot of a face with these corners (m) and this normal, where the gap is at most `reach`
-    /// (m).
-    fn foot_within(
-        &self,
-        part: &Part,
-        pose: &Pose,
-        corners: &[Vector3<f64>],
-        normal: &Vector3<f64>,
-        reach: f64,
-    ) -> Option<Foot> {
+    /// The foot of a face, where it is within reach; that of its middle, with a bound of the gap,
+    /// where it is not touched.
+    fn foot_within(&self, part: &Part, pose: &Pose, k: u32, reach: Reach) -> Option<Foot> {
+        let normal = &self.face(k).normal;
+        let corners = &self.corners_of(k)[..self.dimension()];
         if part.core == Core::Point {
-            return foot(part, pose, corners, normal, reach.next_up());
+            return foot(part, pose, corners, normal, reach.all.next_up());
         }
         let (middle, more) = at_middle(part, &Placed::new(part, pose), corners);
-        if middle.gap - more > reach {
-            return None;
+        let least = middle.gap - more;
+        if least > reach.touched {
+            return (least <= reach.all).then_some(Foot { gap: least, ..middle });
         }
         let nearer = foot(part, pose, corners, normal, middle.gap).unwrap_or(middle);
-        (nearer.gap <= reach).then_some(nearer)
+        (nearer.gap <= reach.all).then_some(nearer)
     }
 
     /// Whether a face with these corners (m) faces away from a part with this middle (m) by more
@@ -339,7 +345,7 @@ impl Mesh {
                 return;
             }
             let most = best.map_or(f64::INFINITY, |best| best.gap);
-            let foot = self.foot_within(part, pose, corners, &face.normal, most);
+            let foot = self.foot_within(part, pose, k, Reach { all: most, touched: most });
             let foot = foot.filter(|foot| foot.gap < most);
             if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
                 best = Some(foot);

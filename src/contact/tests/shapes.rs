@@ -3,6 +3,7 @@
 use super::crowd::Dice;
 use super::solids::{self, Parts, free, kinetic, momenta};
 use super::*;
+use crate::contact::meeting::Met;
 use mics_shapes::Core;
 
 const G: f64 = 9.81;
@@ -395,7 +396,8 @@ fn meeting_at_end_of_substep_follows_from_its_middle() {
             body.turn_freely(h);
         }
         let exact = held.closest(&pair, &moved, 0.0);
-        let found = held.at_end(&pair, &moved, &middle, 0.5 * h);
+        let met = Met { meeting: middle, age: 0.5 * h, gone: 0.0 };
+        let found = held.at_end(&pair, &moved, &met);
         let apart = |to: &[Vector3<f64>; 2]| to[0] - to[1];
         assert!((apart(&found.arms.to) - apart(&exact.arms.to)).norm() < 1e-15);
         (found.overlap - exact.overlap).abs()
@@ -403,4 +405,29 @@ fn meeting_at_end_of_substep_follows_from_its_middle() {
     let [one, half] = [1e-4, 5e-5].map(off);
     println!("off by {one:.1e} and {half:.1e} m");
     assert!(one < 1e-7 && (3.0..5.0).contains(&(one / half)), "{one:e} {half:e}");
+}
+
+/// In short substeps a gap is found anew after a hundredth of it, in long ones each time.
+#[test]
+fn gap_of_shapes_found_now_and_then_slows_as_found_always() {
+    let shape = solids::cuboid([0.01, 0.008, 0.006], 4e-4);
+    let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2e-3, ..Medium::default() };
+    let after = |substeps: usize| {
+        let mut one = [free(&shape, vector![0.03, 0.03, 0.0], vector![0.3, 0.2, 0.1])];
+        let lowest = one[0].shape().bounds(&one[0].orientation()).y;
+        one[0].centre.y = lowest + 2e-4;
+        one[0].velocity = vector![0.05, -0.1, 0.0];
+        one[0].spin = vector![3.0, -2.0, 4.0];
+        let begin = one[0].clone();
+        let law = contacts(&one, stiff(1e5, 1.0, 0.0), [0.1; 3], &[1], Substeps::Fixed(substeps));
+        let mut wall = Touched::new(law.law.within(medium));
+        wall.advance(&mut one, &[Accelerations::default()], 6e-4).unwrap();
+        [one[0].velocity - begin.velocity, 0.01 * (one[0].spin - begin.spin)]
+    };
+    // The limit of long ones, which are of first order.
+    let [half, long, short] = [50, 100, 2000].map(after);
+    let limit = [0, 1].map(|k| 2.0 * long[k] - half[k]);
+    let off = [0, 1].map(|k| (limit[k] - short[k]).norm() / short[0].norm());
+    println!("{limit:?} and {short:?} m/s: {off:?}");
+    assert!(short[0].norm() > 1e-5 && off[0] < 5e-4 && off[1] < 5e-4, "{off:?}");
 }
