@@ -1,14 +1,11 @@
 //! Where a pair meets, and how.
 
+use super::Contacts;
 use super::law::Kinematics;
 use super::pair::Pair;
-use super::{Contacts, DEEPEST_OVERLAP};
 use crate::particles::Body;
-use mics_shapes::{Core, Part, Pose, Touch};
+use mics_shapes::{Part, Pose, Touch};
 use nalgebra::Vector3;
-
-/// Part of the skins of two parts, together, that an overlap may take: cores are never to meet.
-const MOST_OF_SKINS: f64 = 0.9;
 
 /// How what acts at a contact turns its two.
 #[derive(Clone, Copy, Debug)]
@@ -217,26 +214,6 @@ impl Contacts {
             self.poses[k] = Pose { place: body.centre + 0.5 * h * body.velocity, orientation };
             self.inverse_masses[k].turn(body, &self.own_inertias[k], &orientation);
         }
-    }
-
-    /// Deepest overlap of a pair that a soft contact is (m), and the radius that it is a part of.
-    pub(super) fn deepest_allowed(&self, pair: &Pair, bodies: &[Body]) -> (f64, f64) {
-        let of = |k: usize, part: usize| {
-            let Some(body) = bodies.get(k) else { return (f64::INFINITY, f64::INFINITY) };
-            if body.is_round() {
-                return (body.radius(), body.radius());
-            }
-            if body.shape().is_obstacle() {
-                return (f64::INFINITY, 0.0);
-            }
-            body.parts().get(part).map_or((body.radius(), body.radius()), |part| {
-                (part.radius, if part.core == Core::Point { part.radius } else { part.rounding })
-            })
-        };
-        let [(radius, skin), (its, its_skin)] =
-            [of(pair.first, pair.parts[0]), of(pair.second, pair.parts[1])];
-        let radius = radius.min(its);
-        ((DEEPEST_OVERLAP * radius).min(MOST_OF_SKINS * (skin + its_skin)), radius)
     }
 
     /// How a pair meets in the middle of a substep `h` (s), and the arms of the contact.

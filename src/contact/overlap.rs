@@ -1,11 +1,23 @@
 //! Refusal of overlaps that are too deep, with what would have held them.
 
-use super::Contacts;
 use super::law::Kinematics;
 use super::pair::Pair;
+use super::{Contacts, DEEPEST_OVERLAP};
 use crate::Error;
 use crate::particles::Body;
+use mics_shapes::Core;
 use nalgebra::Vector3;
+
+/// Part of the skins of two parts, together, that an overlap may take: cores are never to meet.
+const MOST_OF_SKINS: f64 = 0.9;
+
+/// The deepest overlap that a soft contact is.
+pub(super) struct Deepest {
+    /// That (m).
+    pub(super) overlap: f64,
+    /// What it is a part of, in words for the user.
+    cause: &'static str,
+}
 
 impl Contacts {
     /// A locked axis along which a body of the pair is driven on: its number, the axis, and its
@@ -30,29 +42,55 @@ impl Contacts {
             .map(|at| (at.0, at.1, along(at)))
     }
 
+    /// Deepest overlap of a pair that a soft contact is.
+    pub(super) fn deepest_allowed(&self, pair: &Pair, bodies: &[Body]) -> Deepest {
+        // Radius, and what an overlap may take of it before cores meet (m).
+        let of = |k: usize, part: usize| {
+            let Some(body) = bodies.get(k) else { return [f64::INFINITY; 2] };
+            if body.shape().is_obstacle() {
+                return [f64::INFINITY, 0.0];
+            }
+            let Some(part) = body.parts().get(part) else { return [body.radius(); 2] };
+            [part.radius, if part.core == Core::Point { part.radius } else { part.rounding }]
+        };
+        let [[radius, skin], [its_radius, its_skin]] =
+            [of(pair.first, pair.parts[0]), of(pair.second, pair.parts[1])];
+        let part = DEEPEST_OVERLAP * radius.min(its_radius);
+        let skins = MOST_OF_SKINS * (skin + its_skin);
+        if skins < part {
+            let cause = "nine tenths of the skins that contacts give bodies with edges or curves, \
+                         a twentieth of their half width; `rounding` makes those of edges thicker";
+            return Deepest { overlap: skins, cause };
+        }
+        Deepest { overlap: part, cause: "a fifth of the smaller radius" }
+    }
+
+    /// The error of an overlap that is deeper than `limit`.
     pub(super) fn too_deep(
         &self,
         pair: &Pair,
         bodies: &[Body],
         kinematics: &Kinematics,
-        (limit, radius): (f64, f64),
+        limit: &Deepest,
     ) -> Error {
+        let overlap = kinematics.overlap;
+        let what = format!(
+            "{} overlap by {overlap:.3e} m, where {:.3e} m is the limit ({})",
+            self.name(pair),
+            limit.overlap,
+            limit.cause
+        );
         if let Some((k, axis, velocity)) = self.driven_on(pair, bodies, kinematics) {
             return Error::Run(format!(
-                "{} overlap by {:.3e} m, {:.2} of the smaller radius, where {:.2} is the limit: \
-                {} goes on along {} at {velocity:.3e} m/s, \
-                 which is locked, so that nothing stops it; unlock that axis, give it no velocity \
-                 along it, or end the run before",
-                self.name(pair),
-                kinematics.overlap,
-                kinematics.overlap / radius,
-                limit / radius,
+                "{what}: {} goes on along {} at {velocity:.3e} m/s, which is locked, so that \
+                 nothing stops it; unlock that axis, give it no velocity along it, or end the run \
+                 before",
                 self.names[k],
                 ["x", "y", "z"][axis],
             ));
         }
-        let (overlap, law, mass) =
-            (kinematics.overlap, self.law(pair), kinematics.mass_of_overlap());
+        let law = self.law(pair);
+        let mass = kinematics.mass_of_overlap();
         let exponent = law.material.exponent;
         // What strikes, or presses by what pushes the two, stopped at a tenth of the limit.
         let accelerations = |k: usize| {
@@ -60,20 +98,16 @@ impl Contacts {
                 .get(k)
                 .map_or_else(Vector3::zeros, |inverse_mass| inverse_mass.accelerations.acceleration)
         };
-        let (depth, pressed) =
-            (0.1 * limit, mass * (accelerations(pair.first) - accelerations(pair.second)).norm());
+        let depth = 0.1 * limit.overlap;
+        let pressed = mass * (accelerations(pair.first) - accelerations(pair.second)).norm();
         let energy = law.stored(overlap) + 0.5 * mass * kinematics.approach.powi(2);
         let enough = ((exponent + 1.0) * energy / depth.powf(exponent + 1.0))
             .max(pressed / depth.powf(exponent));
         Error::Run(format!(
-            "{} overlap by {overlap:.3e} m, {:.2} of the smaller radius, where {:.2} is the \
-            limit, at {:.3e} m/s: its stiffness is too small for what strikes or presses it; \
+            "{what}, at {:.3e} m/s: its stiffness is too small for what strikes or presses it; \
             contact.normal_stiffness = {:.1e} would hold it (\"auto\" knows impacts and weights, \
             not the pressure in a passage that a body shuts), or a shorter step; what is \
             prescribed to press them together no stiffness holds",
-            self.name(pair),
-            overlap / radius,
-            limit / radius,
             kinematics.approach.abs(),
             enough.max(2.0 * law.material.normal_stiffness),
         ))

@@ -65,10 +65,10 @@ impl Contacts {
     fn press(&mut self, p: usize, bodies: &[Body], h: f64, meeting: &Meeting) -> Result<()> {
         let mut pair = self.pairs[p];
         let (kinematics, arms) = (self.kinematics_at(&pair, bodies, h, meeting), meeting.arms);
-        let (limit, radius) = self.deepest_allowed(&pair, bodies);
+        let limit = self.deepest_allowed(&pair, bodies);
         self.deepest = self.deepest.max(kinematics.overlap);
-        if kinematics.overlap > limit {
-            return Err(self.too_deep(&pair, bodies, &kinematics, (limit, radius)));
+        if kinematics.overlap > limit.overlap {
+            return Err(self.too_deep(&pair, bodies, &kinematics, &limit));
         }
         let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
         let rolling = self.resist_turning(&mut pair, bodies, (&kinematics, meeting), normal);
