@@ -175,9 +175,9 @@ pub trait Shape: Debug + Send + Sync {
         Vector3::repeat(self.radius())
     }
 
-    /// Volume that it fills of the box with its centre at `middle` (m) and the `half` edges (m; zero
-    /// along z in 2D) (m3; m2 in 2D), and the integrals of the coordinates over that (m4; m3); of
-    /// bodies that only contacts see, none.
+    /// Volume (m3; m2 in 2D) that it fills of the box with its centre at `middle` (m) and the half
+    /// edges `half` (m; zero along z in 2D), and the integrals of the coordinates over that (m4;
+    /// m3); none of bodies that only contacts see.
     fn moments(
         &self,
         _orientation: &Orientation,

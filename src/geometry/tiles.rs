@@ -47,7 +47,8 @@ pub struct Filled {
     pub half: Vector3<f64>,
     /// First moment of that part per volume of the box (m), where faces were asked for.
     pub moment: Vector3<f64>,
-    /// The lever of the face in its middle (m), see [`super::Shape::tile`], where faces were asked for.
+    /// The lever of the face in its middle (m), where faces were asked for: see
+    /// [`super::Shape::tile`].
     pub lever: Vector3<f64>,
 }
 

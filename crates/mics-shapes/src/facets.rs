@@ -122,7 +122,7 @@ impl Facets {
         self.edges_of(face).iter().map(|edge| edge.corner)
     }
 
-    /// The ends of a face's edges.
+    /// Radius of the sphere about the origin that holds it (m).
     pub fn radius(&self) -> f64 {
         self.radius
     }
@@ -180,16 +180,17 @@ impl Facets {
         best
     }
 
-    /// Signed distance of the nearest point of the surface (m), the normal there, and the face.
-    pub fn nearest(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>, usize) {
+    /// The nearest point of the surface.
+    pub fn nearest(&self, point: &Vector3<f64>) -> Nearest {
         let list = self.index.list(point).unwrap_or(&self.index.all);
         let (above, highest) = self.highest(list, point);
+        let top = Nearest { distance: above, normal: self.faces[highest].normal };
         if above <= 0.0 {
-            return (above, self.faces[highest].normal, highest);
+            return top;
         }
         let (arm, flat) = self.arm_from(&self.faces[highest], point, above);
         if flat {
-            return (above, self.faces[highest].normal, highest);
+            return top;
         }
         let (mut best, mut arm, mut at) = (arm.norm_squared(), arm, highest);
         let mut distance = best.sqrt();
@@ -212,7 +213,7 @@ impl Facets {
         }
         let normal =
             if distance > 1e-12 * self.radius { arm / distance } else { self.faces[at].normal };
-        (distance, normal, at)
+        Nearest { distance, normal }
     }
 
     /// The feet of the perpendiculars from a point inside on faces up to `within` (m) away.

@@ -198,13 +198,8 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
         None
     }
 
-    /// Whether it stands in the domain, its periodic images and its ends at the sides of the
-    /// domain in itself.
-    fn is_obstacle(&self) -> bool {
-        self.obstacle().is_some()
-    }
-
-    /// It as an obstacle, where it is one.
+    /// It as an obstacle, which stands in the domain and has its periodic images and its ends at
+    /// the sides of the domain in itself, where it is one.
     fn obstacle(&self) -> Option<&Obstacle> {
         None
     }

@@ -319,8 +319,8 @@ impl Geometry for Polyhedron {
     }
 
     fn nearest(&self, point: &Vector3<f64>) -> Nearest {
-        let (distance, normal, _) = self.core.as_ref().unwrap_or(&self.solid).nearest(point);
-        Nearest { distance: distance - self.rounding, normal }
+        let found = self.core.as_ref().unwrap_or(&self.solid).nearest(point);
+        Nearest { distance: found.distance - self.rounding, ..found }
     }
 
     fn feet(&self, point: &Vector3<f64>, within: f64, feet: &mut Vec<Nearest>) {

@@ -287,13 +287,13 @@ impl Geometry for Superquadric {
     }
 
     fn nearest(&self, point: &Vector3<f64>) -> Nearest {
-        let (distance, normal, _) = self.facets.nearest(point);
+        let Nearest { distance, normal } = self.facets.nearest(point);
         let (foot, normal) = self.surface.foot(point, &(point - distance * normal));
         Nearest { distance: (point - foot).dot(&normal), normal }
     }
 
     fn clearance(&self, point: &Vector3<f64>) -> Option<f64> {
-        let (distance, ..) = self.facets.nearest(point);
+        let distance = self.facets.nearest(point).distance;
         Some((distance.abs() - OFF * self.radius).max(0.0).copysign(distance))
     }
 

@@ -106,7 +106,7 @@ fn nearest_face_by_the_grid_is_the_nearest_of_all() {
     let body = Polyhedron::new(&stone(102), 0.0).unwrap().solid;
     for k in 0..5000 {
         let point = 1.3 * Vector3::from_fn(|a, _| scatter(3 * k + a));
-        let (distance, _, _) = body.nearest(&point);
+        let distance = body.nearest(&point).distance;
         let triangles = body.triangles();
         let above = body.faces().iter().map(|face| face.normal.dot(&point) - face.offset);
         let above = above.fold(f64::NEG_INFINITY, f64::max);
