@@ -60,15 +60,6 @@ impl Shape for Disc {
         (TAU * self.radius, Matrix3::from_diagonal_element(TAU * self.radius.powi(3)))
     }
 
-    fn whole_or_nothing(
-        &self,
-        _: &Orientation,
-        middle: &Vector3<f64>,
-        half: &Vector3<f64>,
-    ) -> Option<f64> {
-        round::whole_or_nothing(middle, half, self.radius)
-    }
-
     fn moments(
         &self,
         _: &Orientation,
@@ -89,19 +80,6 @@ impl Shape for Disc {
         found: &mut dyn FnMut(&Filled),
     ) {
         tiles.of_disc(self.radius, faces, found);
-    }
-
-    /// Of the chord that it covers of the face itself: the flux of a rotation through the faces of
-    /// a cell then sums to zero, in every cell.
-    fn lever(
-        &self,
-        _: &Orientation,
-        axis: usize,
-        middle: &Vector3<f64>,
-        half: &Vector3<f64>,
-        _: &Vector3<f64>,
-    ) -> Vector3<f64> {
-        circle::chord_lever(axis, middle, half, circle::radius(self.radius, middle[axis]))
     }
 
     /// That through the corners inside and the crossings of circle and edges.

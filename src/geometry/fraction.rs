@@ -3,7 +3,7 @@
 //! spread over the cut cells.
 
 use super::block::{Block, images};
-use super::{Placed, Tiles};
+use super::{Placed, Tiles, round};
 use crate::grid::Grid;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -52,9 +52,11 @@ pub fn overlaps<const D: usize>(
 ) {
     let Placed { shape, centre, orientation } = body;
     overlaps.clear();
-    // No polygon through crossings of the grid lines is left of a disc that fits between them.
+    // No polygon through crossings of the grid lines is left of a disc that fits between them, and
+    // other shapes have none.
     let small = grid.h.iter().any(|h| 2.0 * shape.radius() <= 2.0 * h);
-    let rule = if small { Rule::Exact } else { rule };
+    let has_none = || shape.polygon(&Vector3::zeros(), &half(grid)).is_none();
+    let rule = if small || has_none() { Rule::Exact } else { rule };
     for image in images(grid, *shape, centre) {
         let image = Placed { centre: image, ..*body };
         match rule {
@@ -64,7 +66,7 @@ pub fn overlaps<const D: usize>(
     }
     if rule == Rule::Polygon {
         let exact =
-            |o: &Overlap| shape.filled(orientation, &o.arm, &half(grid)) / grid.cell_volume();
+            |o: &Overlap| shape.moments(orientation, &o.arm, &half(grid)).0 / grid.cell_volume();
         let missing: f64 = overlaps.iter().map(|o| exact(o) - o.fraction).sum();
         let weight = |o: &Overlap| o.fraction * (1.0 - o.fraction);
         let total: f64 = overlaps.iter().map(weight).sum();
@@ -116,10 +118,8 @@ fn collect_polygons<const D: usize>(grid: &Grid<D>, body: &Placed, out: &mut Vec
             arm[a] = (cell[a] as f64 + 0.5) * grid.h[a] - centre[a];
         }
         let whole: f64 = (0..D).map(|a| 2.0 * half[a]).product();
-        let polygon =
-            || shape.polygon(&arm, &half).unwrap_or_else(|| shape.filled(orientation, &arm, &half));
-        let fraction = shape
-            .whole_or_nothing(orientation, &arm, &half)
+        let polygon = || shape.polygon(&arm, &half).unwrap_or(0.0);
+        let fraction = round::whole_or_nothing(&arm, &half, shape.radius())
             .unwrap_or_else(|| (polygon() / whole).clamp(0.0, 1.0));
         if fraction > LEAST {
             out.push(Overlap { cell: grid.owned_index(cell).unwrap_or(ELSEWHERE), fraction, arm });

@@ -34,7 +34,6 @@ mod planes;
 pub(crate) mod round;
 mod solid;
 mod sphere;
-mod subdivision;
 mod tiles;
 
 pub use aperture::{Cut, Cuts, FaceCentroids};
@@ -176,63 +175,32 @@ pub trait Shape: Debug + Send + Sync {
         Vector3::repeat(self.radius())
     }
 
-    /// Whether the box with its centre at `middle` (m) and the `half` edges (m; zero along z in 2D)
-    /// lies in the body as a whole (1) or not at all (0); `None` where the surface may pass.
-    fn whole_or_nothing(
-        &self,
-        orientation: &Orientation,
-        middle: &Vector3<f64>,
-        half: &Vector3<f64>,
-    ) -> Option<f64> {
-        let distance = self.distance(orientation, middle);
-        (distance.abs() >= half.norm()).then_some(if distance < 0.0 { 1.0 } else { 0.0 })
-    }
-
-    /// Volume that it fills of such a box (m3; m2 in 2D), and the integrals of the coordinates over
-    /// that (m4; m3). By default the box is cut into pieces at the surface, which leaves an error
-    /// of up to 4e-3 of the box.
+    /// Volume (m3; m2 in 2D) that it fills of the box with its centre at `middle` (m) and the half
+    /// edges `half` (m; zero along z in 2D), and the integrals of the coordinates over that (m4;
+    /// m3); none of bodies that only contacts see.
     fn moments(
         &self,
-        orientation: &Orientation,
-        middle: &Vector3<f64>,
-        half: &Vector3<f64>,
+        _orientation: &Orientation,
+        _middle: &Vector3<f64>,
+        _half: &Vector3<f64>,
     ) -> (f64, Vector3<f64>) {
-        subdivision::moments(self.dimension(), middle, half, &|at| {
-            (self.distance(orientation, at), self.normal(orientation, at))
-        })
-    }
-
-    /// That volume alone, for shapes that have it cheaper.
-    fn filled(&self, orientation: &Orientation, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
-        self.moments(orientation, middle, half).0
+        (0.0, Vector3::zeros())
     }
 
     /// The parts of the boxes of a lattice that it fills, in the order of their numbers, the first
     /// axis fastest; with `faces`, the axis of those in whose middles they lie, their first moments
-    /// and levers as well. For shapes that have many together cheaper than one by one.
+    /// and levers as well.
+    ///
+    /// Where a turning body carries fluid through a face of the grid, its flux through that is
+    /// `(spin x lever).n` per area of the face, with the first moment of the box about it as lever,
+    /// or, of round bodies, that of the section in the face's own plane.
     fn tile(
         &self,
-        orientation: &Orientation,
-        tiles: &mut Tiles,
-        faces: Option<usize>,
-        found: &mut dyn FnMut(&Filled),
+        _orientation: &Orientation,
+        _tiles: &mut Tiles,
+        _faces: Option<usize>,
+        _found: &mut dyn FnMut(&Filled),
     ) {
-        tiles.each(self, orientation, faces, found);
-    }
-
-    /// Where a turning body carries fluid through a face of the grid: its flux through the one
-    /// along `axis`, in the middle of such a box, is `(spin x lever).n` per area of the face. By
-    /// default that of the whole box, whose filled part has the given first `moment` per volume of
-    /// the box (m).
-    fn lever(
-        &self,
-        _turn: &Orientation,
-        _axis: usize,
-        _middle: &Vector3<f64>,
-        _half: &Vector3<f64>,
-        moment: &Vector3<f64>,
-    ) -> Vector3<f64> {
-        *moment
     }
 
     /// How far it is along the `normal` of its own surface, from the point at `foot` (m) of it, to
@@ -262,7 +230,7 @@ pub trait Shape: Debug + Send + Sync {
         None
     }
 
-    /// Area of a polygon in place of [`Shape::filled`], after Ushijima et al. 2003, of shapes that
+    /// Area of a polygon in place of [`Shape::moments`], after Ushijima et al. 2003, of shapes that
     /// have one.
     fn polygon(&self, _middle: &Vector3<f64>, _half: &Vector3<f64>) -> Option<f64> {
         None

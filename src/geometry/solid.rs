@@ -1,8 +1,8 @@
 //! Bodies that are not round: a shape of the crate `mics-shapes` behind [`Shape`].
 
 use super::tiles::{Filled, Tiles};
-use super::{Orientation, Planes, Shape, SurfacePoint};
-use mics_shapes::{Geometry, Nearest, Obstacle, Part};
+use super::{Orientation, Shape, SurfacePoint};
+use mics_shapes::{Geometry, Lattice, Nearest, Obstacle, Part};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 
@@ -14,13 +14,6 @@ impl Solid {
     /// Of a shape that no other body has yet.
     pub fn new(shape: impl Geometry + 'static) -> Solid {
         Solid(Arc::new(shape))
-    }
-
-    /// The half edges of a box (m) in its own axes.
-    fn own_edges(orientation: &Orientation, half: &Vector3<f64>) -> [Vector3<f64>; 3] {
-        // The rows of the rotation are the axes of the box.
-        let axes = orientation.matrix();
-        [0, 1, 2].map(|a| half[a] * axes.row(a).transpose())
     }
 }
 
@@ -109,70 +102,27 @@ impl Shape for Solid {
         middle: &Vector3<f64>,
         half: &Vector3<f64>,
     ) -> (f64, Vector3<f64>) {
-        let edges = Solid::own_edges(orientation, half);
-        let own = orientation.inverse_transform_vector(middle);
-        let (volume, first) = self.0.filled(&own, &edges);
-        (volume, orientation * first)
+        let ends = |a: usize| vec![middle[a] - half[a], middle[a] + half[a]];
+        let whole = (0..self.dimension()).map(|a| 2.0 * half[a]).product::<f64>();
+        let mut filled = (0.0, Vector3::zeros());
+        let lattice = Lattice { factor: 1.0, turn: *orientation, planes: &[0, 1, 2].map(ends) };
+        self.0.tile(&lattice, &mut |tile| filled = (whole * tile.part, whole * tile.moment));
+        filled
     }
 
-    /// All together, or row by row: a box far from the surface says that of those after it.
     fn tile(
         &self,
         orientation: &Orientation,
         tiles: &mut Tiles,
-        faces: Option<usize>,
+        _: Option<usize>,
         found: &mut dyn FnMut(&Filled),
     ) {
-        let together = self.0.tile(1.0, orientation, &tiles.planes, &mut |tile| {
-            let mut one = Tiles::empty(&tiles.planes, tile.at);
+        let planes = &tiles.planes;
+        self.0.tile(&Lattice { factor: 1.0, turn: *orientation, planes }, &mut |tile| {
+            let mut one = Tiles::empty(planes, tile.at);
             (one.part, one.moment, one.lever) = (tile.part, tile.moment, tile.moment);
             found(&one);
         });
-        if together {
-            return;
-        }
-        let edges = |half: &Vector3<f64>| Solid::own_edges(orientation, half);
-        // How far along the row what was found last holds, and what that is.
-        let (mut known, mut inside) = (f64::NEG_INFINITY, false);
-        let (dimension, mut row, mut planes) = (self.dimension(), None, Planes::default());
-        let joined = self.0.obstacle().is_some_and(Obstacle::is_joined);
-        for mut one in tiles.boxes() {
-            if row != Some([one.at[1], one.at[2]]) {
-                (row, known) = (Some([one.at[1], one.at[2]]), f64::NEG_INFINITY);
-            }
-            let mut own = None;
-            if one.middle.x > known {
-                if planes.clears(self, orientation, &one.middle, &one.half, 0.0) {
-                    continue;
-                }
-                let middle = orientation.inverse_transform_vector(&one.middle);
-                let near = || self.0.nearest(&middle).distance;
-                let distance = self.0.clearance(&middle).unwrap_or_else(near);
-                let free = distance.abs() - one.half.norm();
-                if free >= 0.0 {
-                    (known, inside) = (one.middle.x + free, distance < 0.0);
-                } else {
-                    own = Some(middle);
-                }
-            }
-            if joined && !self.0.owns(&orientation.inverse_transform_vector(&one.middle)) {
-                continue;
-            }
-            if let Some(own) = own {
-                let whole: f64 = (0..dimension).map(|a| 2.0 * one.half[a]).product();
-                let (filled, first) = self.0.filled(&own, &edges(&one.half));
-                one.part = filled / whole;
-                if faces.is_some() {
-                    one.moment = orientation * (first / whole);
-                }
-            } else if inside {
-                (one.part, one.moment) = (1.0, one.middle);
-            } else {
-                continue;
-            }
-            one.lever = one.moment;
-            found(&one);
-        }
     }
 
     fn meets_itself(

@@ -1,6 +1,5 @@
 //! A sphere; what it fills of boxes in closed form ([`super::octant`]).
 
-use super::circle::{self, Line};
 use super::tiles::{Filled, Tiles};
 use super::{Orientation, Shape, SurfacePoint, octant, round};
 use nalgebra::{Matrix3, Vector3};
@@ -71,15 +70,6 @@ impl Shape for Sphere {
         (area, Matrix3::from_diagonal_element(8.0 / 3.0 * PI * self.radius.powi(4)))
     }
 
-    fn whole_or_nothing(
-        &self,
-        _: &Orientation,
-        middle: &Vector3<f64>,
-        half: &Vector3<f64>,
-    ) -> Option<f64> {
-        round::whole_or_nothing(middle, half, self.radius)
-    }
-
     fn moments(
         &self,
         _: &Orientation,
@@ -98,24 +88,6 @@ impl Shape for Sphere {
         found: &mut dyn FnMut(&Filled),
     ) {
         tiles.of_sphere(self.radius, faces, found);
-    }
-
-    /// Of the part of the face's own plane that it covers, a disc's: the flux of a rotation through
-    /// the faces of a cell then sums to zero, in every cell.
-    fn lever(
-        &self,
-        _: &Orientation,
-        axis: usize,
-        middle: &Vector3<f64>,
-        half: &Vector3<f64>,
-        _: &Vector3<f64>,
-    ) -> Vector3<f64> {
-        let radius = circle::radius(self.radius, middle[axis]);
-        let lines = [1, 2].map(|n| {
-            let a = (axis + n) % 3;
-            [middle[a] - half[a], middle[a] + half[a]].map(|at| Line::new(at, radius))
-        });
-        circle::lever(axis, middle, lines.each_ref().map(|[low, high]| [low, high]), radius)
     }
 
     fn meets(&self, _: &Orientation, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {

@@ -8,7 +8,6 @@
 use super::block::Block;
 use super::circle::{self, Line, Lines, Parts};
 use super::octant::{Corner, Pair, Plane, end};
-use super::{Orientation, Shape};
 use crate::grid::simd;
 use nalgebra::Vector3;
 
@@ -48,7 +47,8 @@ pub struct Filled {
     pub half: Vector3<f64>,
     /// First moment of that part per volume of the box (m), where faces were asked for.
     pub moment: Vector3<f64>,
-    /// The [`Shape::lever`] of the face in its middle (m), where faces were asked for.
+    /// The lever of the face in its middle (m), where faces were asked for: see
+    /// [`super::Shape::tile`].
     pub lever: Vector3<f64>,
 }
 
@@ -116,50 +116,12 @@ impl Tiles {
         }
     }
 
-    /// The boxes, the first axis fastest, with their numbers, middles (m) and half edges (m).
-    pub fn boxes(&self) -> impl Iterator<Item = Filled> {
-        let planes = &self.planes;
-        let counts = planes.each_ref().map(|planes| planes.len().saturating_sub(1));
-        let rows = (0..counts[2]).flat_map(move |k| (0..counts[1]).map(move |j| (j, k)));
-        rows.flat_map(move |(j, k)| (0..counts[0]).map(move |i| Tiles::empty(planes, [i, j, k])))
-    }
-
     /// A box of the lattice, of which nothing is filled.
     pub(super) fn empty(planes: &[Vec<f64>; 3], at: [usize; 3]) -> Filled {
         let end = |n: usize| Vector3::from_fn(|a, _| planes[a][at[a] + n]);
         let (low, high) = (end(0), end(1));
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         Filled { at, part: 0.0, middle, half, moment: Vector3::zeros(), lever: Vector3::zeros() }
-    }
-
-    /// Box by box, by a shape's own methods.
-    pub fn each<S: Shape + ?Sized>(
-        &self,
-        shape: &S,
-        orientation: &Orientation,
-        faces: Option<usize>,
-        found: &mut dyn FnMut(&Filled),
-    ) {
-        let dimension = shape.dimension();
-        for mut one in self.boxes() {
-            let whole: f64 = (0..dimension).map(|a| 2.0 * one.half[a]).product();
-            (one.part, one.moment) =
-                match shape.whole_or_nothing(orientation, &one.middle, &one.half) {
-                    Some(part) => (part, part * one.middle),
-                    None if faces.is_some() => {
-                        let (filled, moment) = shape.moments(orientation, &one.middle, &one.half);
-                        (filled / whole, moment / whole)
-                    }
-                    None => (
-                        shape.filled(orientation, &one.middle, &one.half) / whole,
-                        Vector3::zeros(),
-                    ),
-                };
-            if let Some(axis) = faces {
-                one.lever = shape.lever(orientation, axis, &one.middle, &one.half, &one.moment);
-            }
-            found(&one);
-        }
     }
 
     /// Each box that a round body of the given radius (m) reaches, and whether it fills it as a
@@ -337,7 +299,21 @@ impl Tiles {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Disc, Sphere};
+    use crate::geometry::{Disc, Orientation, Shape, Sphere};
+
+    /// The lever of a face of a disc or a sphere.
+    fn lever(shape: &dyn Shape, axis: usize, one: &Filled) -> Vector3<f64> {
+        let Filled { middle, half, .. } = one;
+        let radius = circle::radius(shape.radius(), middle[axis]);
+        if shape.dimension() == 2 {
+            return circle::chord_lever(axis, middle, half, radius);
+        }
+        let lines = [1, 2].map(|n| {
+            let a = (axis + n) % 3;
+            [middle[a] - half[a], middle[a] + half[a]].map(|at| Line::new(at, radius))
+        });
+        circle::lever(axis, middle, lines.each_ref().map(|[low, high]| [low, high]), radius)
+    }
 
     /// All that a lattice finds of a shape, box by box as by its own methods; the largest
     /// differences of parts, and of moments and levers over the spacing.
@@ -357,7 +333,16 @@ mod tests {
             }
             tiles.find_squares();
             let (mut one_by_one, mut sum) = (Vec::new(), 0.0);
-            tiles.each(shape, &orientation, Some(faces), &mut |one| one_by_one.push(*one));
+            let counts = tiles.planes.each_ref().map(|planes| planes.len() - 1);
+            for k in 0..counts.iter().product() {
+                let at = [k % counts[0], k / counts[0] % counts[1], k / counts[0] / counts[1]];
+                let mut one = Tiles::empty(&tiles.planes, at);
+                let whole: f64 = (0..shape.dimension()).map(|a| 2.0 * one.half[a]).product();
+                let (filled, moment) = shape.moments(&orientation, &one.middle, &one.half);
+                (one.part, one.moment) = (filled / whole, moment / whole);
+                one.lever = lever(shape, faces, &one);
+                one_by_one.push(one);
+            }
             let mut rest = one_by_one.iter();
             shape.tile(&orientation, &mut tiles, Some(faces), &mut |one| {
                 let Some(own) = rest.find(|own| own.at == one.at || own.part > 1e-9) else {

@@ -61,7 +61,7 @@ impl<const D: usize> CaseSide<'_, D> {
         middle[self.axis] += if self.high { -half[self.axis] } else { half[self.axis] };
         let volume: f64 = half.iter().take(D).map(|half| 2.0 * half).product();
         let covers = |body: &&Body| {
-            body.shape().filled(&body.orientation(), &(middle - body.centre), &half) / volume
+            body.shape().moments(&body.orientation(), &(middle - body.centre), &half).0 / volume
         };
         let open = 1.0 - self.obstacles.iter().map(covers).sum::<f64>();
         if open > CLOSED { open } else { 0.0 }

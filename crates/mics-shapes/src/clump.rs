@@ -10,9 +10,9 @@
 
 use super::balls::{Ball, Seam, circle, radical_plane, unconnected};
 use super::convex::{self, Convex};
-use super::flat::Flat;
-use super::{Core, Fault, Geometry, Nearest, Part, Patch, ball, disc, patches};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use super::flat::Moments;
+use super::{Fault, Geometry, Lattice, Nearest, Part, Patch, Tile, ball, patches, rim};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
@@ -24,25 +24,26 @@ pub struct Clump {
     seams: Vec<Seam>,
     /// Points of the surface on three spheres; in 2D on two circles (m).
     corners: Vec<Vector3<f64>>,
+    /// Of a clump in 2D its outline.
+    arcs: Vec<Arc>,
     parts: Vec<Part>,
     radius: f64,
     volume: f64,
     inertia: Matrix3<f64>,
 }
 
-/// Room for the parts of a box, and the numbers of the balls that reach it.
-struct Room {
-    space: Convex,
-    plane: Flat,
-    near: Vec<u32>,
+/// A free part of the rim of a disc, counterclockwise, no longer than a third of a turn.
+#[derive(Clone, Copy, Debug)]
+struct Arc {
+    disc: usize,
+    /// From its centre.
+    directions: [Vector2<f64>; 2],
 }
 
 thread_local! {
-    static ROOM: RefCell<Room> = RefCell::new(Room {
-        space: Convex::with_capacity(64),
-        plane: Flat::new(Vec::with_capacity(64)),
-        near: Vec::with_capacity(64),
-    });
+    /// Room for the parts of a box, and the numbers of the balls that reach it.
+    static ROOM: RefCell<(Convex, Vec<u32>)> =
+        RefCell::new((Convex::with_capacity(64), Vec::with_capacity(64)));
 }
 
 impl Clump {
@@ -95,54 +96,50 @@ impl Clump {
             balls,
             seams: Vec::new(),
             corners: Vec::new(),
+            arcs: Vec::new(),
             parts: Vec::new(),
             radius: 0.0,
             volume: 0.0,
             inertia: Matrix3::zeros(),
         };
-        let reach = body.balls.iter().map(|ball| ball.centre.norm() + ball.radius);
-        let far = 2.0 * reach.fold(0.0, f64::max);
-        let everything = [0, 1, 2].map(|a| Vector3::ith(a, far));
-        let (volume, first) = body.filled(&Vector3::zeros(), &everything);
-        body.volume = volume;
-        let centroid = first / volume;
-        body.balls.iter_mut().for_each(|ball| ball.centre -= centroid);
-        body.inertia = convex::inertia(&body.second_moments(&everything));
-        let part = |ball: &Ball| Part {
-            place: ball.centre,
-            core: Core::Point,
-            rounding: ball.radius,
-            radius: ball.radius,
-        };
-        body.parts = body.balls.iter().map(part).collect();
-        let reach = body.balls.iter().map(|ball| ball.centre.norm() + ball.radius);
-        body.radius = reach.fold(0.0, f64::max);
         body.find_seams();
+        let (volume, centroid, _) = body.moments();
+        body.volume = volume;
+        body.balls.iter_mut().for_each(|ball| ball.centre -= centroid);
+        body.seams.iter_mut().for_each(|seam| seam.middle -= centroid);
+        body.corners.iter_mut().for_each(|corner| *corner -= centroid);
+        body.inertia = body.moments().2;
+        body.parts = body.balls.iter().map(|ball| Part::ball(ball.centre, ball.radius)).collect();
+        body.radius = body.reach();
         body
     }
 
-    /// The integral of `x x^T` over it (m5; m4).
-    fn second_moments(&self, everything: &[Vector3<f64>; 3]) -> Matrix3<f64> {
-        let mut second = Matrix3::zeros();
-        self.each_cell(&Vector3::zeros(), everything, |ball, cell| {
-            let (volume, first, own) = match cell {
-                Cell::Space(body) => {
-                    let (volume, first) = ball::moments(body, &ball.centre, ball.radius);
-                    (volume, first, ball::second_moments(body, &ball.centre, ball.radius, volume))
-                }
-                Cell::Plane(corners) => {
-                    let centre = ball.centre.xy();
-                    let (area, first) = disc::moments(corners, &centre, ball.radius);
-                    let own = disc::second_moments(corners, &centre, ball.radius);
-                    let mut second = Matrix3::zeros();
-                    second.fixed_view_mut::<2, 2>(0, 0).copy_from(&own);
-                    (area, Vector3::new(first.x, first.y, 0.0), second)
-                }
-            };
-            let (c, arm) = (ball.centre, first - volume * ball.centre);
-            second += own + c * arm.transpose() + arm * c.transpose() + volume * c * c.transpose();
+    /// Radius of the sphere about the origin that holds all balls (m).
+    fn reach(&self) -> f64 {
+        self.balls.iter().map(|ball| ball.centre.norm() + ball.radius).fold(0.0, f64::max)
+    }
+
+    /// Volume (m3; m2), centre of volume (m), and moments of inertia about the origin (m5; m4).
+    fn moments(&self) -> (f64, Vector3<f64>, Matrix3<f64>) {
+        if self.dimension == 2 {
+            let mut all = Moments::default();
+            for Arc { disc, directions: [p, q] } in &self.arcs {
+                let Ball { centre, radius } = &self.balls[*disc];
+                all.add_arc(&centre.xy(), *radius, p, q);
+            }
+            return (all.area, (all.first / all.area).push(0.0), all.inertia());
+        }
+        let (mut whole, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
+        let everything = [0, 1, 2].map(|a| Vector3::ith(a, 2.0 * self.reach()));
+        self.each_cell(&Vector3::zeros(), &everything, |ball, body| {
+            let (c, radius) = (ball.centre, ball.radius);
+            let (volume, own) = ball::moments(body, &c, radius);
+            let arm = own - volume * c;
+            second += ball::second_moments(body, &c, radius, volume);
+            second += c * arm.transpose() + arm * c.transpose() + volume * c * c.transpose();
+            (whole, first) = (whole + volume, first + own);
         });
-        second
+        (whole, first / whole, convex::inertia(&second))
     }
 
     /// Calls with each ball that reaches a parallelepiped, and the part of that on its own side of
@@ -151,10 +148,10 @@ impl Clump {
         &self,
         middle: &Vector3<f64>,
         half: &[Vector3<f64>; 3],
-        mut found: impl FnMut(&Ball, Cell),
+        mut found: impl FnMut(&Ball, &Convex),
     ) {
         let reach = half.iter().map(|edge| edge.norm_squared()).sum::<f64>().sqrt();
-        ROOM.with_borrow_mut(|Room { space, plane, near }| {
+        ROOM.with_borrow_mut(|(body, near)| {
             near.clear();
             near.extend((0..self.balls.len() as u32).filter(|k| {
                 let Ball { centre, radius } = &self.balls[*k as usize];
@@ -162,17 +159,12 @@ impl Clump {
             }));
             for k in near.iter() {
                 let one = &self.balls[*k as usize];
-                let others = near.iter().filter(|j| *j != k).map(|j| &self.balls[*j as usize]);
-                let planes = others.map(|other| radical_plane(one, other));
-                if self.dimension == 2 {
-                    plane.set_box(middle, half);
-                    planes.for_each(|(n, offset)| plane.cut(&n.xy(), offset));
-                    found(one, Cell::Plane(plane.corners()));
-                } else {
-                    space.set_box(middle, half);
-                    planes.for_each(|(n, offset)| space.cut(&n, offset, 0.0));
-                    found(one, Cell::Space(space));
+                body.set_box(middle, half);
+                for j in near.iter().filter(|j| *j != k) {
+                    let (n, offset) = radical_plane(one, &self.balls[*j as usize]);
+                    body.cut(&n, offset);
                 }
+                found(one, body);
             }
         });
     }
@@ -221,7 +213,35 @@ impl Clump {
         }
         let free = corners.iter().filter(|(point, seam)| self.is_free(point, seam.balls));
         self.corners = free.map(|(point, _)| *point).collect();
-        self.seams = if self.dimension == 2 { Vec::new() } else { seams };
+        if self.dimension == 2 {
+            self.arcs = (0..n).flat_map(|disc| self.arcs_of(disc, &seams)).collect();
+        } else {
+            self.seams = seams;
+        }
+    }
+
+    /// The free arcs of a disc, by the points that it has in common with others.
+    fn arcs_of(&self, disc: usize, seams: &[Seam]) -> Vec<Arc> {
+        let centre = self.balls[disc].centre;
+        // From where on and how far it lies in others (rad).
+        let covered = seams.iter().filter(|seam| seam.balls.contains(&disc)).map(|seam| {
+            let axis = if seam.balls[0] == disc { seam.axis } else { -seam.axis };
+            let half = seam.radius.atan2((seam.middle - centre).dot(&axis));
+            ((axis.y.atan2(axis.x) - half).rem_euclid(TAU), 2.0 * half)
+        });
+        let covered: Vec<(f64, f64)> = covered.collect();
+        let ends = covered.iter().map(|(from, width)| (from + width).rem_euclid(TAU));
+        let mut angles: Vec<f64> = covered.iter().map(|(from, _)| *from).chain(ends).collect();
+        angles.extend((0..4).map(|k| f64::from(k) / 3.0 * TAU));
+        angles.sort_unstable_by(f64::total_cmp);
+        let is_free = |ends: &&[f64]| {
+            let middle = 0.5 * (ends[0] + ends[1]);
+            let within = |(from, width): &(f64, f64)| (middle - from).rem_euclid(TAU) < *width;
+            ends[0] < ends[1] && !covered.iter().any(within)
+        };
+        let direction = |angle: f64| Vector2::new(angle.cos(), angle.sin());
+        let arc = |ends: &[f64]| Arc { disc, directions: [ends[0], ends[1]].map(direction) };
+        angles.windows(2).filter(is_free).map(arc).collect()
     }
 
     /// The nearest point of the surface to one inside: on a free part of a sphere, on the seam of
@@ -281,12 +301,6 @@ impl Clump {
         }
         (count / (n * n) as f64, sum.try_normalize(0.0).unwrap_or(*direction))
     }
-}
-
-/// What is cut of a box for a ball.
-enum Cell<'a> {
-    Space(&'a Convex),
-    Plane(&'a [Vector2<f64>]),
 }
 
 impl Geometry for Clump {
@@ -365,21 +379,41 @@ impl Geometry for Clump {
     }
 
     /// Exact, see the top.
-    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
-        let (mut volume, mut first) = (0.0, Vector3::zeros());
-        self.each_cell(middle, half, |ball, cell| match cell {
-            Cell::Space(body) => {
-                let part = ball::moments(body, &ball.centre, ball.radius);
-                volume += part.0;
-                first += part.1;
+    fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
+        let Lattice { factor, turn, planes } = lattice;
+        if self.dimension == 2 {
+            let turn = turn.matrix().fixed_view::<2, 2>(0, 0);
+            return rim::tile(planes, found, |rim, planes| {
+                for Arc { disc, directions } in &self.arcs {
+                    let Ball { centre, radius } = &self.balls[*disc];
+                    let axes = Matrix2::from_diagonal_element(factor * radius);
+                    let round = rim::Stretched::new(lattice.place(centre).xy(), axes);
+                    let [p, q] = directions.map(|n| turn * n);
+                    rim.add_arc(planes, &round, &p, &q);
+                }
+            });
+        }
+        let counts = planes.each_ref().map(|planes| planes.len().saturating_sub(1));
+        for number in 0..counts.iter().product() {
+            let [nx, ny, _] = counts;
+            let at = [number % nx, number / nx % ny, number / nx / ny];
+            let (middle, half) = lattice.own_box(at);
+            let reach = half.iter().map(|edge| edge.norm_squared()).sum::<f64>().sqrt();
+            let away = |ball: &Ball| (middle - ball.centre).norm() - ball.radius;
+            let nearest = self.balls.iter().map(away).fold(f64::INFINITY, f64::min);
+            let whole = 8.0 * half.iter().map(|edge| edge.norm()).product::<f64>();
+            let (mut part, mut first) = (1.0, middle);
+            if nearest > -reach && nearest < reach {
+                (part, first) = (0.0, Vector3::zeros());
+                self.each_cell(&middle, &half, |ball, body| {
+                    let (volume, own) = ball::moments(body, &ball.centre, ball.radius);
+                    (part, first) = (part + volume / whole, first + own / whole);
+                });
             }
-            Cell::Plane(corners) => {
-                let part = disc::moments(corners, &ball.centre.xy(), ball.radius);
-                volume += part.0;
-                first += Vector3::new(part.1.x, part.1.y, 0.0);
+            if nearest < reach {
+                found(&Tile { at, part, moment: lattice.place(&first) });
             }
-        });
-        (volume, first)
+        }
     }
 
     fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {

@@ -1,19 +1,17 @@
-//! A convex polyhedron of many faces about the origin that is asked for distances and for what it
-//! fills of boxes, without a loop over all faces.
+//! A convex polyhedron of many faces about the origin that is asked for distances without a loop
+//! over all faces.
 //!
 //! ```text
 //!    +--+--+--+--+      each cell of a grid lists the faces that may be nearest to one of its
 //!    |  |  |  |  |      points, found by halving cells. The nearest face of a point outside is one
 //!    +--+--+--+--+      of them, and one of them has it on its outer side.
 //!    |  | a|ab| b|
-//!    +--+--+--+--+      A box is cut by the face that lies deepest below one of its corners, until
-//!                       all corners are inside: only by the faces that pass through it.
+//!    +--+--+--+--+
 //! ```
 
 use super::convex::Convex;
-use super::{Nearest, Patch, Tile, patches, rows};
-use nalgebra::{Rotation3, Vector3};
-use std::cell::RefCell;
+use super::{Lattice, Nearest, Patch, Tile, patches, rows};
+use nalgebra::Vector3;
 
 /// Part of the size within which corners are one.
 const SAME: f64 = 1e-9;
@@ -65,10 +63,6 @@ pub struct Facets {
     edges: Vec<Edge>,
     index: Index,
     radius: f64,
-}
-
-thread_local! {
-    static ROOM: RefCell<Convex> = RefCell::new(Convex::with_capacity(512));
 }
 
 impl Facets {
@@ -128,7 +122,7 @@ impl Facets {
         self.edges_of(face).iter().map(|edge| edge.corner)
     }
 
-    /// The ends of a face's edges.
+    /// Radius of the sphere about the origin that holds it (m).
     pub fn radius(&self) -> f64 {
         self.radius
     }
@@ -186,16 +180,17 @@ impl Facets {
         best
     }
 
-    /// Signed distance of the nearest point of the surface (m), the normal there, and the face.
-    pub fn nearest(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>, usize) {
+    /// The nearest point of the surface.
+    pub fn nearest(&self, point: &Vector3<f64>) -> Nearest {
         let list = self.index.list(point).unwrap_or(&self.index.all);
         let (above, highest) = self.highest(list, point);
+        let top = Nearest { distance: above, normal: self.faces[highest].normal };
         if above <= 0.0 {
-            return (above, self.faces[highest].normal, highest);
+            return top;
         }
         let (arm, flat) = self.arm_from(&self.faces[highest], point, above);
         if flat {
-            return (above, self.faces[highest].normal, highest);
+            return top;
         }
         let (mut best, mut arm, mut at) = (arm.norm_squared(), arm, highest);
         let mut distance = best.sqrt();
@@ -218,7 +213,7 @@ impl Facets {
         }
         let normal =
             if distance > 1e-12 * self.radius { arm / distance } else { self.faces[at].normal };
-        (distance, normal, at)
+        Nearest { distance, normal }
     }
 
     /// The feet of the perpendiculars from a point inside on faces up to `within` (m) away.
@@ -241,65 +236,16 @@ impl Facets {
         Nearest { distance, normal: self.faces[face].normal }
     }
 
-    /// The face whose plane a point is furthest above of those listed, and how far (m); a point
-    /// outside is above one.
-    fn deepest(&self, point: &Vector3<f64>) -> (f64, usize) {
-        if let Some(list) = self.index.list(point) {
-            return self.highest(list, point);
-        }
-        // The plane above which the ray from the origin to it leaves the grid.
-        let (low, high) = self.index.ends();
-        let mut t = f64::INFINITY;
-        for a in 0..3 {
-            let end = if point[a] > 0.0 { high[a] } else { low[a] };
-            if point[a] != 0.0 {
-                t = t.min(end / point[a]);
-            }
-        }
-        let list = self.index.list(&((1.0 - 1e-9) * t * point)).unwrap_or(&self.index.all);
-        let (_, face) = self.highest(list, &(t * point));
-        (self.faces[face].normal.dot(point) - self.faces[face].offset, face)
-    }
-
-    /// Volume that it fills of a parallelepiped (m3), and the integral of the place over that (m4).
-    pub fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
-        let slack = 1e-13 * self.radius;
-        ROOM.with_borrow_mut(|room| {
-            room.set_box(middle, half);
-            // Corners that are found inside stay, with their numbers.
-            let mut at = 0;
-            while at < room.corners().len() {
-                let (above, face) = self.deepest(&room.corners()[at]);
-                if above > slack {
-                    let face = &self.faces[face];
-                    room.cut(&face.normal, face.offset, slack);
-                } else {
-                    at += 1;
-                }
-            }
-            room.moments()
-        })
-    }
-
     /// As [`super::Geometry::tile`].
-    pub fn tile(
-        &self,
-        factor: f64,
-        turn: &Rotation3<f64>,
-        planes: &[Vec<f64>; 3],
-        found: &mut dyn FnMut(&Tile),
-    ) {
-        rows::ROOM.with_borrow_mut(|room| {
-            room.begin(planes);
-            room.corners.clear();
-            room.corners.extend(self.corners.iter().map(|corner| factor * (turn * corner)));
+    pub fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
+        let corners: Vec<_> = self.corners.iter().map(|corner| lattice.place(corner)).collect();
+        rows::tile(lattice.planes, found, |rows| {
             for face in &self.faces {
-                room.face.clear();
-                let corners = self.edges_of(face).iter().map(|edge| edge.corner as usize);
-                room.face.extend(corners.map(|corner| room.corners[corner]));
-                room.add_face(planes);
+                rows.add_face(
+                    lattice.planes,
+                    self.round(face).map(|corner| corners[corner as usize]),
+                );
             }
-            room.each(planes, found);
         });
     }
 
@@ -424,10 +370,6 @@ impl Facets {
 }
 
 impl Index {
-    fn ends(&self) -> (Vector3<f64>, Vector3<f64>) {
-        (self.low, self.low + self.count as f64 * self.cell)
-    }
-
     /// The faces listed for a point; none where it lies outside of the grid.
     #[inline]
     fn list(&self, point: &Vector3<f64>) -> Option<&[u16]> {

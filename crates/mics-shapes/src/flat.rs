@@ -1,119 +1,89 @@
-//! A convex polygon that is cut by lines, in room that is used again.
+//! Moments of what an outline of straight sides and arcs encloses, in closed form.
+//!
+//! ```text
+//!      q ,--.         each side spans a triangle with the origin, and so does the chord of an arc,
+//!       / `. \ arc     to which what lies between both is added: the sector less the triangle that
+//!     o-----. p       the chord spans with the arc's centre
+//! ```
 
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix2, Vector2};
 
-/// A convex polygon, its corners counterclockwise.
-#[derive(Clone, Debug, Default)]
-pub struct Flat {
-    corners: Vec<Vector2<f64>>,
-    next: Vec<Vector2<f64>>,
+/// Moments about the origin of what an outline encloses.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Moments {
+    /// Area (m2).
+    pub area: f64,
+    /// The integral of the place (m3).
+    pub first: Vector2<f64>,
+    /// The integral of `x x^T` (m4).
+    pub second: Matrix2<f64>,
 }
 
-impl Flat {
-    /// Of these corners (m), counterclockwise.
-    pub fn new(corners: Vec<Vector2<f64>>) -> Flat {
-        Flat { next: Vec::with_capacity(2 * corners.len() + 16), corners }
+impl Moments {
+    /// Adds a side from one point to another (m), the body on its left.
+    pub fn add_side(&mut self, p: &Vector2<f64>, q: &Vector2<f64>) {
+        let area = 0.5 * p.perp(q);
+        let squares = [*p, *q, p + q].map(|x| x * x.transpose()).iter().sum::<Matrix2<f64>>();
+        self.area += area;
+        self.first += area / 3.0 * (p + q);
+        self.second += area / 12.0 * squares;
     }
 
-    /// Becomes the parallelogram about `middle` (m) with the first two of these half edges (m).
-    pub fn set_box(&mut self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) {
-        let [a, b] = [half[0].xy(), half[1].xy()];
-        let a = if a.perp(&b) < 0.0 { -a } else { a };
-        let middle = middle.xy();
-        self.corners.clear();
-        self.corners.extend([middle - a - b, middle + a - b, middle + a + b, middle - a + b]);
+    /// Adds the arc of a circle (m) counterclockwise between two directions from its centre, less
+    /// than half a turn apart.
+    pub fn add_arc(
+        &mut self,
+        centre: &Vector2<f64>,
+        radius: f64,
+        p: &Vector2<f64>,
+        q: &Vector2<f64>,
+    ) {
+        self.add_side(&(centre + radius * p), &(centre + radius * q));
+        let angle = p.perp(q).atan2(p.dot(q));
+        // Integrals of cos cos, cos sin and sin sin over the angle.
+        let [xx, xy] = [q.x * q.y - p.x * p.y, q.y * q.y - p.y * p.y];
+        let mut own = Moments {
+            area: 0.5 * angle,
+            first: Vector2::new(q.y - p.y, p.x - q.x) / 3.0,
+            second: 0.125 * Matrix2::new(angle + xx, xy, xy, angle - xx),
+        };
+        own.add_side(q, p);
+        let area = radius.powi(2) * own.area;
+        let first = radius.powi(3) * own.first;
+        let cross = centre * first.transpose();
+        self.area += area;
+        self.first += first + area * centre;
+        self.second += radius.powi(4) * own.second + cross + cross.transpose();
+        self.second += area * centre * centre.transpose();
     }
 
-    /// Becomes the polygon of these corners (m).
-    pub fn set(&mut self, corners: impl IntoIterator<Item = Vector2<f64>>) {
-        self.corners.clear();
-        self.corners.extend(corners);
+    /// Moments of inertia of unit density (m4).
+    pub fn inertia(&self) -> nalgebra::Matrix3<f64> {
+        let [xx, yy, xy] = [self.second.m11, self.second.m22, self.second.m12];
+        nalgebra::Matrix3::new(yy, -xy, 0.0, -xy, xx, 0.0, 0.0, 0.0, xx + yy)
     }
-
-    /// Its corners (m).
-    pub fn corners(&self) -> &[Vector2<f64>] {
-        &self.corners
-    }
-
-    /// Keeps what lies below a line, `n.x <= offset`.
-    pub fn cut(&mut self, n: &Vector2<f64>, offset: f64) {
-        self.next.clear();
-        let Some(mut from) = self.corners.last().copied() else { return };
-        let mut below = n.dot(&from) - offset;
-        for to in self.corners.iter().copied() {
-            let next = n.dot(&to) - offset;
-            if (below <= 0.0) != (next <= 0.0) {
-                self.next.push(from + below / (below - next) * (to - from));
-            }
-            if next <= 0.0 {
-                self.next.push(to);
-            }
-            (from, below) = (to, next);
-        }
-        std::mem::swap(&mut self.corners, &mut self.next);
-    }
-
-    /// Drops corners that lie on the one before (closer than `distance`, m).
-    pub fn merge(&mut self, distance: f64) {
-        let Flat { corners, next } = self;
-        next.clear();
-        let mut last = corners.last().copied();
-        for corner in corners.iter().copied() {
-            if last.is_some_and(|last| (corner - last).norm() > distance) {
-                next.push(corner);
-                last = Some(corner);
-            }
-        }
-        std::mem::swap(corners, next);
-    }
-
-    /// The ends of its edges (m).
-    pub fn edges(&self) -> impl Iterator<Item = [Vector2<f64>; 2]> {
-        let n = self.corners.len();
-        (0..n).map(move |k| [self.corners[k], self.corners[(k + 1) % n]])
-    }
-
-    /// Area (m2) and the integral of the place over it (m3).
-    pub fn moments(&self) -> (f64, Vector2<f64>) {
-        let (mut area, mut first) = (0.0, Vector2::zeros());
-        let Some(top) = self.corners.first().copied() else { return (area, first) };
-        for [p, q] in self.edges() {
-            let part = 0.5 * (p - top).perp(&(q - top));
-            area += part;
-            first += part / 3.0 * (top + p + q);
-        }
-        (area, first)
-    }
-
-    /// The integral of `x x^T` over it (m4).
-    pub fn second_moments(&self) -> Matrix2<f64> {
-        self.edges().map(|[p, q]| of_triangle(&p, &q)).sum()
-    }
-}
-
-/// The integral of `x x^T` over the triangle of the origin and two points (m4), with a sign.
-pub fn of_triangle(p: &Vector2<f64>, q: &Vector2<f64>) -> Matrix2<f64> {
-    let squares = [*p, *q, p + q].map(|x| x * x.transpose()).iter().sum::<Matrix2<f64>>();
-    p.perp(q) / 24.0 * squares
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     #[test]
-    fn cut_square_has_known_moments() {
-        let mut body = Flat::default();
-        body.set_box(&Vector3::zeros(), &[Vector3::x(), Vector3::y(), Vector3::zeros()]);
-        assert_eq!(body.moments(), (4.0, Vector2::zeros()));
-        assert!((body.second_moments() - Matrix2::identity() * 4.0 / 3.0).norm() < 1e-15);
-        body.cut(&Vector2::repeat(0.5f64.sqrt()), 0.0);
-        let (area, first) = body.moments();
-        assert!(
-            (area - 2.0).abs() < 1e-15
-                && (first / area + Vector2::repeat(1.0) / 3.0).norm() < 1e-15
-        );
-        body.cut(&Vector2::x(), -1.5);
-        assert!(body.corners().is_empty());
+    fn square_and_disc_aside_have_known_moments() {
+        let centre = Vector2::new(0.7, -0.4);
+        let axes = [Vector2::x(), Vector2::y(), -Vector2::x(), -Vector2::y()];
+        let next = |k: usize| axes[(k + 1) % 4];
+        let mut square = Moments::default();
+        let corner = |k: usize| centre + axes[k % 4] + next(k);
+        (0..4).for_each(|k| square.add_side(&corner(k), &corner(k + 1)));
+        let mut disc = Moments::default();
+        (0..4).for_each(|k| disc.add_arc(&centre, 0.5, &axes[k], &next(k)));
+        for (found, area, own) in [(square, 4.0, 4.0 / 3.0), (disc, 0.25 * PI, PI / 64.0)] {
+            let second = own * Matrix2::identity() + area * centre * centre.transpose();
+            assert!((found.area - area).abs() < 1e-15, "{found:?}");
+            assert!((found.first - area * centre).norm() < 1e-15, "{found:?}");
+            assert!((found.second - second).norm() < 1e-15, "{found:?}");
+        }
     }
 }

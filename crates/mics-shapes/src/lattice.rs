@@ -16,8 +16,8 @@
 //! and one for all arcs. See [`super::ball`] for the fields.
 
 use super::convex::Convex;
-use super::{Tile, ball};
-use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
+use super::{Lattice, Tile, ball};
+use nalgebra::{Matrix3, Vector2, Vector3};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
@@ -262,14 +262,10 @@ impl Stretched<'_> {
     }
 }
 
-/// Calls with the boxes between `planes` (m, from the centre) that an ellipsoid of these half axes
-/// (m), turned like this, reaches.
-pub(crate) fn tile(
-    half: &Vector3<f64>,
-    turn: &Rotation3<f64>,
-    planes: &[Vec<f64>; 3],
-    found: &mut dyn FnMut(&Tile),
-) {
+/// Calls with the boxes of a lattice that an ellipsoid of these half axes (m), turned with it,
+/// reaches.
+pub(crate) fn tile(half: &Vector3<f64>, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
+    let Lattice { turn, planes, .. } = *lattice;
     let scales = Matrix3::from_diagonal(half);
     let back = turn.matrix() * scales;
     let to_ball = Matrix3::from_diagonal(&half.map(|a| 1.0 / a)) * turn.matrix().transpose();

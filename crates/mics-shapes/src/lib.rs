@@ -17,7 +17,6 @@ mod beside;
 mod clump;
 mod convex;
 mod depths;
-mod disc;
 mod distance;
 mod ellipse;
 mod ellipsoid;
@@ -100,6 +99,32 @@ pub struct Patch {
     pub area: f64,
 }
 
+/// A lattice of boxes, and how a body lies in it, the body's centre at its origin.
+#[derive(Clone, Copy, Debug)]
+pub struct Lattice<'a> {
+    /// How much larger than its geometry the body is.
+    pub factor: f64,
+    /// What brings the body's own axes into those of the lattice.
+    pub turn: Rotation3<f64>,
+    /// The planes between the boxes along each axis, ascending (m); two alike along z in 2D.
+    pub planes: &'a [Vec<f64>; 3],
+}
+
+impl Lattice<'_> {
+    /// Where a point of the body's geometry (m) is (m).
+    fn place(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.factor * (self.turn * point)
+    }
+
+    /// The middle of a box and its half edges in the axes of the body's geometry (m).
+    fn own_box(&self, at: [usize; 3]) -> (Vector3<f64>, [Vector3<f64>; 3]) {
+        let end = |a: usize, n: usize| self.planes[a][at[a] + n];
+        let own = |x: Vector3<f64>| self.turn.inverse_transform_vector(&x) / self.factor;
+        let middle = own(Vector3::from_fn(|a, _| 0.5 * (end(a, 0) + end(a, 1))));
+        (middle, [0, 1, 2].map(|a| own(Vector3::ith(a, 0.5 * (end(a, 1) - end(a, 0))))))
+    }
+}
+
 /// What a body fills of a box of a lattice.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
@@ -138,7 +163,7 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
         None
     }
 
-    /// A plane that all of it lies below, and all that [`Geometry::filled`] sees of it, of convex
+    /// A plane that all of it lies below, and all that [`Geometry::tile`] sees of it, of convex
     /// shapes that have one soon: the height of the point above it (m), and its normal.
     fn plane(&self, _point: &Vector3<f64>) -> Option<Nearest> {
         None
@@ -152,23 +177,8 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// of its points.
     fn extent(&self, n: &Vector3<f64>) -> f64;
 
-    /// Volume that it fills of the parallelepiped with its centre at `middle` (m) and the half
-    /// edges `half` (m; own axes, the third zero in 2D), which are normal to each other, and the
-    /// integral of the place over that (m4; m3).
-    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>);
-
-    /// Calls with the boxes between planes along each axis (m, ascending, from its centre) that it
-    /// reaches when it is so much larger and turned like this, the first axis fastest. Returns
-    /// false of shapes that have boxes as soon one by one.
-    fn tile(
-        &self,
-        _factor: f64,
-        _turn: &Rotation3<f64>,
-        _planes: &[Vec<f64>; 3],
-        _found: &mut dyn FnMut(&Tile),
-    ) -> bool {
-        false
-    }
+    /// Calls with the boxes of a lattice that it reaches, the first axis fastest.
+    fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile));
 
     /// The feet of the perpendiculars from a point inside on faces between sharp edges, up to
     /// `within` (m) away, each face once; nothing of shapes without edges.
@@ -188,13 +198,8 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
         None
     }
 
-    /// Whether it stands in the domain, its periodic images and its ends at the sides of the
-    /// domain in itself.
-    fn is_obstacle(&self) -> bool {
-        self.obstacle().is_some()
-    }
-
-    /// It as an obstacle, where it is one.
+    /// It as an obstacle, which stands in the domain and has its periodic images and its ends at
+    /// the sides of the domain in itself, where it is one.
     fn obstacle(&self) -> Option<&Obstacle> {
         None
     }

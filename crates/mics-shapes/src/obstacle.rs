@@ -5,8 +5,7 @@
 //!       -> contacts    its walls as faces                                  [`crate::mesh`]
 //!       -> fluid       the union with all fixed obstacles that it touches  [`surface`], [`union`]
 //! ```
-//! What an obstacle is in a periodic domain is its surface and all images of it. Fractions are
-//! exact ([`columns`]).
+//! What an obstacle is in a periodic domain is its surface and all images of it.
 
 mod columns;
 mod surface;
@@ -14,7 +13,7 @@ mod union;
 mod walls;
 
 use super::mesh::Mesh;
-use super::{Fault, Geometry, Nearest, Part, Patch, Pose, outline, patches};
+use super::{Fault, Geometry, Lattice, Nearest, Part, Patch, Pose, Tile, outline, patches};
 use crate::part::Core;
 use columns::Columns;
 use nalgebra::{Matrix3, Vector3};
@@ -321,13 +320,13 @@ impl Obstacle {
 
 /// Volume of a surface within the domain (m3; m2 in 2D), and the integral of the place over that.
 fn within(surface: &Surface, dimension: usize, room: &Room) -> (f64, Vector3<f64>) {
-    let edges = [0, 1, 2].map(|a| {
-        let half = if a < dimension { 0.5 * room.size[a] } else { 0.0 };
-        half * Vector3::ith(a, 1.0)
+    let ends = |a: usize| vec![0.0, if a < dimension { room.size[a] } else { 0.0 }];
+    let whole = (0..dimension).map(|a| room.size[a]).product::<f64>();
+    let mut sum = (0.0, Vector3::zeros());
+    surface.tile(|x| *x, &[0, 1, 2].map(ends), &mut |tile| {
+        sum = (whole * tile.part, whole * tile.moment);
     });
-    let middle = edges.iter().sum::<Vector3<f64>>();
-    let (volume, first) = surface.filled(&middle, &edges);
-    (volume, first + volume * middle)
+    sum
 }
 
 /// What the fluid meets of closed surfaces in their periods (m), and whether that is a union.
@@ -425,12 +424,13 @@ impl Geometry for Obstacle {
         reach + self.margin
     }
 
-    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
-        if self.is_joined() && !self.owns(middle) {
-            return (0.0, Vector3::zeros());
-        }
-        let (volume, first) = self.surface.filled(&(middle + self.origin), half);
-        (volume, volume * middle + first)
+    fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
+        let at = |x: &Vector3<f64>| lattice.place(&(x - self.origin));
+        self.surface.tile(at, lattice.planes, &mut |tile| {
+            if !self.is_joined() || self.owns(&lattice.own_box(tile.at).0) {
+                found(tile);
+            }
+        });
     }
 
     fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {

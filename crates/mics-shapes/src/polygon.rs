@@ -8,10 +8,9 @@
 //!      '---------'
 //! ```
 
-use super::flat::Flat;
-use super::{Core, Face, Fault, Geometry, Nearest, Part, Patch, Polytope, Tile, disc, rim};
-use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3};
-use std::cell::RefCell;
+use super::flat::Moments;
+use super::{Core, Face, Fault, Geometry, Lattice, Nearest, Part, Patch, Polytope, Tile, rim};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Part of the depth of the centre that contacts take as the thickness of the skin of a body with
 /// sharp edges.
@@ -32,17 +31,9 @@ struct Side {
 pub struct Polygon {
     rounding: f64,
     sides: Vec<Side>,
-    /// Of each corner of the core where the sides beside it meet outside (m).
-    tips: Vec<Vector2<f64>>,
     radius: f64,
-    area: f64,
-    inertia: f64,
-    second: Matrix2<f64>,
+    moments: Moments,
     parts: Vec<Part>,
-}
-
-thread_local! {
-    static ROOM: RefCell<Flat> = RefCell::new(Flat::new(Vec::with_capacity(256)));
 }
 
 impl Polygon {
@@ -65,13 +56,9 @@ impl Polygon {
             return Err(Fault(why));
         }
         let mut body = Polygon::around(&core, rounding);
-        let far = 4.0 * core.iter().map(|corner| corner.norm()).fold(rounding, f64::max);
-        let everything = [0, 1, 2].map(|a| Vector3::ith(a, far));
-        let (area, first) = body.filled(&Vector3::zeros(), &everything);
-        let centroid = (first / area).xy();
+        let centroid = body.moments.first / body.moments.area;
         let moved: Vec<_> = core.iter().map(|corner| corner - centroid).collect();
         body = Polygon::around(&moved, rounding);
-        body.area = area;
         let inner = body.sides.iter().map(|side| side.offset).fold(f64::INFINITY, f64::min);
         body.finish(inner + rounding);
         Ok(body)
@@ -87,48 +74,21 @@ impl Polygon {
             Side { from, along, length, normal, offset: normal.dot(&from) }
         };
         let sides: Vec<Side> = (0..n).map(side).collect();
-        let tip = |k: usize| {
-            let [before, after] = [sides[(k + n - 1) % n].normal, sides[k].normal];
-            core[k] + rounding / (1.0 + before.dot(&after)) * (before + after)
-        };
-        let tips = (0..n).map(tip).collect();
-        let reach = core.iter().map(|corner| corner.norm()).fold(0.0, f64::max);
-        Polygon {
-            rounding,
-            sides,
-            tips,
-            radius: reach + rounding,
-            area: 0.0,
-            inertia: 0.0,
-            second: Matrix2::zeros(),
-            parts: Vec::new(),
+        let mut moments = Moments::default();
+        for (k, side) in sides.iter().enumerate() {
+            let (end, out) = (core[(k + 1) % n], rounding * side.normal);
+            moments.add_side(&(side.from + out), &(end + out));
+            moments.add_arc(&end, rounding, &side.normal, &sides[(k + 1) % n].normal);
         }
+        let reach = core.iter().map(|corner| corner.norm()).fold(0.0, f64::max);
+        Polygon { rounding, sides, radius: reach + rounding, moments, parts: Vec::new() }
     }
 
-    /// Finds its moments of inertia and its part, by the depth of its centre (m).
+    /// Finds its part, by the depth of its centre (m).
     fn finish(&mut self, depth: f64) {
-        let mut whole = Flat::new(self.tips.clone());
-        let mut second = whole.second_moments();
-        for (k, kite) in (0..self.sides.len()).map(|k| (k, self.kite(k))) {
-            if self.rounding == 0.0 {
-                break;
-            }
-            whole.set(kite);
-            let (from, own) =
-                (self.sides[k].from, disc::moments(&kite, &self.sides[k].from, self.rounding));
-            let arm = own.1 - own.0 * from;
-            let round = disc::second_moments(&kite, &from, self.rounding);
-            let cross = from * arm.transpose();
-            second += round + cross + cross.transpose() + own.0 * from * from.transpose();
-            second -= whole.second_moments();
-        }
-        (self.second, self.inertia) = (second, second.trace());
         let skin = if self.rounding > 0.0 { self.rounding } else { SKIN * depth };
-        let core: Vec<Vector2<f64>> = if self.rounding > 0.0 {
-            self.sides.iter().map(|side| side.from).collect()
-        } else {
-            inset(&self.tips, skin)
-        };
+        let core: Vec<Vector2<f64>> = self.sides.iter().map(|side| side.from).collect();
+        let core = if self.rounding > 0.0 { core } else { inset(&core, skin) };
         let flat = Polygon::around(&core, skin);
         let face = |(k, side): (usize, &Side)| Face {
             normal: Vector3::new(side.normal.x, side.normal.y, 0.0),
@@ -141,16 +101,6 @@ impl Polygon {
         let core = Core::Polytope(polytope);
         self.parts =
             vec![Part { place: Vector3::zeros(), core, rounding: skin, radius: flat.radius }];
-    }
-
-    /// The corners of what the sides leave beside the corner k of the core, between the feet of its
-    /// perpendiculars on them (m).
-    fn kite(&self, k: usize) -> [Vector2<f64>; 4] {
-        let n = self.sides.len();
-        let [before, after] = [&self.sides[(k + n - 1) % n], &self.sides[k]];
-        let from = after.from;
-        let foot = |side: &Side| from + self.rounding * side.normal;
-        [from, foot(before), self.tips[k], foot(after)]
     }
 
     /// The distance of a point from the core, and the normal there.
@@ -181,17 +131,43 @@ impl Polygon {
 /// The corners of a polygon with its sides moved in (m); fewer than three where nothing is left.
 fn inset(corners: &[Vector2<f64>], way: f64) -> Vec<Vector2<f64>> {
     let size = corners.iter().map(|corner| corner.norm()).fold(0.0, f64::max);
-    let mut flat = Flat::new(corners.to_vec());
+    let mut left = corners.to_vec();
     if way > 0.0 {
         let n = corners.len();
         for k in 0..n {
             let along = (corners[(k + 1) % n] - corners[k]).normalize();
             let normal = Vector2::new(along.y, -along.x);
-            flat.cut(&normal, normal.dot(&corners[k]) - way);
+            left = cut(&left, &normal, normal.dot(&corners[k]) - way);
         }
     }
-    flat.merge(1e-9 * size);
-    flat.corners().to_vec()
+    merged(left, 1e-9 * size)
+}
+
+/// What of a convex polygon (m) lies below a line, `n.x <= offset`.
+fn cut(corners: &[Vector2<f64>], n: &Vector2<f64>, offset: f64) -> Vec<Vector2<f64>> {
+    let mut kept = Vec::with_capacity(corners.len() + 1);
+    for (k, to) in corners.iter().enumerate() {
+        let from = corners[(k + corners.len() - 1) % corners.len()];
+        let [below, next] = [from, *to].map(|x| n.dot(&x) - offset);
+        if (below <= 0.0) != (next <= 0.0) {
+            kept.push(from + below / (below - next) * (to - from));
+        }
+        if next <= 0.0 {
+            kept.push(*to);
+        }
+    }
+    kept
+}
+
+/// The corners (m) without those that lie on the one before (closer than `distance`, m).
+fn merged(mut corners: Vec<Vector2<f64>>, distance: f64) -> Vec<Vector2<f64>> {
+    let mut last = corners.last().copied().unwrap_or_default();
+    corners.retain(|corner| {
+        let is_apart = (corner - last).norm() > distance;
+        last = if is_apart { *corner } else { last };
+        is_apart
+    });
+    corners
 }
 
 /// The corners of a convex polygon, counterclockwise, without those on straight sides.
@@ -206,10 +182,9 @@ fn convex_corners(points: &[[f64; 2]]) -> Result<Vec<Vector2<f64>>, Fault> {
         return Err(Fault("a polygon needs three corners".to_owned()));
     };
     let size = all.iter().map(|corner| (corner - first).norm()).fold(0.0, f64::max);
-    let mut flat = Flat::new(all.iter().map(|corner| corner - first).collect());
-    flat.merge(1e-9 * size);
-    let mut corners = flat.corners().to_vec();
-    let area = flat.moments().0;
+    let mut corners = merged(all.iter().map(|corner| corner - first).collect(), 1e-9 * size);
+    let next = |k: usize| corners[(k + 1) % corners.len()];
+    let area = (0..corners.len()).map(|k| 0.5 * corners[k].perp(&next(k))).sum::<f64>();
     if corners.len() < 3 || area.abs() <= 1e-9 * size * size {
         let why =
             format!("a polygon needs three corners that are no line, and has {}", points.len());
@@ -254,13 +229,11 @@ impl Geometry for Polygon {
     }
 
     fn volume(&self) -> f64 {
-        self.area
+        self.moments.area
     }
 
     fn inertia(&self) -> Matrix3<f64> {
-        let s = &self.second;
-        let (xx, yy, xy) = (s[(0, 0)], s[(1, 1)], s[(0, 1)]);
-        Matrix3::new(yy, -xy, 0.0, -xy, xx, 0.0, 0.0, 0.0, self.inertia)
+        self.moments.inertia()
     }
 
     fn thickness(&self) -> f64 {
@@ -335,53 +308,14 @@ impl Geometry for Polygon {
         reach.fold(f64::NEG_INFINITY, f64::max) + self.rounding * n.xy().norm()
     }
 
-    /// Exact: the sides cut the box, and of each corner only what its disc fills counts.
-    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
-        let [at, a, b] = [middle.xy(), half[0].xy(), half[1].xy()];
-        let reach = (a.norm_squared() + b.norm_squared()).sqrt();
-        ROOM.with_borrow_mut(|room| {
-            room.set_box(middle, half);
-            for side in &self.sides {
-                let offset = side.offset + self.rounding;
-                if side.normal.dot(&at) + reach > offset {
-                    room.cut(&side.normal, offset);
-                }
-            }
-            let (mut area, mut first) = room.moments();
-            for k in (0..self.sides.len()).filter(|_| self.rounding > 0.0) {
-                let kite = self.kite(k);
-                let from = kite[0];
-                if (from - at).norm() > reach + (self.tips[k] - from).norm() {
-                    continue;
-                }
-                room.set_box(middle, half);
-                for i in 0..4 {
-                    let along = kite[(i + 1) % 4] - kite[i];
-                    let normal = Vector2::new(along.y, -along.x);
-                    room.cut(&normal, normal.dot(&kite[i]));
-                }
-                let (whole, inside) =
-                    (room.moments(), disc::moments(room.corners(), &from, self.rounding));
-                area += inside.0 - whole.0;
-                first += inside.1 - whole.1;
-            }
-            (area, Vector3::new(first.x, first.y, 0.0))
-        })
-    }
-
-    fn tile(
-        &self,
-        factor: f64,
-        turn: &Rotation3<f64>,
-        planes: &[Vec<f64>; 3],
-        found: &mut dyn FnMut(&Tile),
-    ) -> bool {
+    fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
+        let Lattice { factor, turn, planes } = lattice;
         let turn = turn.matrix().fixed_view::<2, 2>(0, 0);
         let (n, rounding) = (self.sides.len(), factor * self.rounding);
         rim::tile(planes, found, |rim, planes| {
             for (k, side) in self.sides.iter().enumerate() {
                 let next = &self.sides[(k + 1) % n];
-                let [from, to] = [side, next].map(|side| turn * (factor * side.from));
+                let [from, to] = [side, next].map(|side| turn * (*factor * side.from));
                 let normals = [side, next].map(|side| turn * side.normal);
                 let out = rounding * normals[0];
                 rim.add_side(planes, &(from + out), &(to + out));
@@ -391,7 +325,6 @@ impl Geometry for Polygon {
                 }
             }
         });
-        true
     }
 
     fn parts(&self) -> &[Part] {

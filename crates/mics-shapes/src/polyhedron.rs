@@ -15,8 +15,8 @@
 use super::convex::{self, Convex};
 use super::facets::{Facet, Facets};
 use super::polygon::SKIN;
-use super::{Core, Face, Fault, Geometry, Nearest, Part, Patch, Polytope, Tile, stl};
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use super::{Core, Face, Fault, Geometry, Lattice, Nearest, Part, Patch, Polytope, Tile, stl};
+use nalgebra::{Matrix3, Vector3};
 use parry3d_f64::math::Vector as Place;
 use parry3d_f64::transformation::try_convex_hull;
 use std::collections::BTreeMap;
@@ -199,7 +199,7 @@ fn between(planes: &[Plane], way: f64) -> Option<Convex> {
     let far = [0, 1, 2].map(|a| Vector3::ith(a, 64.0 * size));
     body.set_box(&Vector3::zeros(), &far);
     for (n, at) in planes {
-        body.cut(n, at - way, 0.0);
+        body.cut(n, at - way);
     }
     let (volume, _) = body.moments();
     (volume > 1e-12 * size.powi(3)).then_some(body)
@@ -319,8 +319,8 @@ impl Geometry for Polyhedron {
     }
 
     fn nearest(&self, point: &Vector3<f64>) -> Nearest {
-        let (distance, normal, _) = self.core.as_ref().unwrap_or(&self.solid).nearest(point);
-        Nearest { distance: distance - self.rounding, normal }
+        let found = self.core.as_ref().unwrap_or(&self.solid).nearest(point);
+        Nearest { distance: found.distance - self.rounding, ..found }
     }
 
     fn feet(&self, point: &Vector3<f64>, within: f64, feet: &mut Vec<Nearest>) {
@@ -352,19 +352,8 @@ impl Geometry for Polyhedron {
     }
 
     /// Exact without rounding; see the top.
-    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
-        self.solid.filled(middle, half)
-    }
-
-    fn tile(
-        &self,
-        factor: f64,
-        turn: &Rotation3<f64>,
-        planes: &[Vec<f64>; 3],
-        found: &mut dyn FnMut(&Tile),
-    ) -> bool {
-        self.solid.tile(factor, turn, planes, found);
-        true
+    fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
+        self.solid.tile(lattice, found);
     }
 
     fn parts(&self) -> &[Part] {

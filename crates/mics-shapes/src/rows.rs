@@ -1,5 +1,5 @@
-//! What a convex polyhedron fills of the boxes of a lattice: its faces are cut by the planes once,
-//! and rows of boxes summed up from their ends.
+//! What a closed surface of flat convex faces encloses of the boxes of a lattice: its faces are cut
+//! by the planes once, and rows of boxes summed up from their ends.
 //!
 //! ```text
 //!     row of boxes along x     V = sum over pieces of  integral of (x - x_i) n_x dA + h C_(i+1)
@@ -44,13 +44,11 @@ impl Sum {
     }
 }
 
-/// Room that is used again.
+/// The pieces of a closed surface in a lattice, in room that is used again.
 #[derive(Default)]
-pub(crate) struct Room {
-    /// The corners of the polyhedron, along the axes of the lattice (m).
-    pub corners: Vec<Vector3<f64>>,
-    /// A face of it, and by axis what is left of it, that of the next plane, and what is cut off.
-    pub face: Vec<Vector3<f64>>,
+pub(crate) struct Rows {
+    /// A face, and by axis what is left of it, that of the next plane, and what is cut off.
+    face: Vec<Vector3<f64>>,
     pieces: [[Vec<Vector3<f64>>; 3]; 3],
     /// By box, one before the first of each row among them, the number of its sum.
     numbers: Vec<u32>,
@@ -58,21 +56,38 @@ pub(crate) struct Room {
 }
 
 thread_local! {
-    pub(crate) static ROOM: RefCell<Room> = RefCell::default();
+    static ROWS: RefCell<Rows> = RefCell::default();
 }
 
-impl Room {
-    /// Begins with a lattice of boxes between these planes (m).
-    pub fn begin(&mut self, planes: &[Vec<f64>; 3]) {
-        let [nx, ny, nz] = planes.each_ref().map(|planes| planes.len().saturating_sub(1));
-        self.numbers.clear();
-        self.numbers.resize((nx + 1) * ny * nz, NONE);
-        self.sums.clear();
+/// Calls with the boxes between `planes` (m) that a body reaches; `surface` adds its faces.
+pub(crate) fn tile(
+    planes: &[Vec<f64>; 3],
+    found: &mut dyn FnMut(&Tile),
+    surface: impl FnOnce(&mut Rows),
+) {
+    let [nx, ny, nz] = planes.each_ref().map(|planes| planes.len().saturating_sub(1));
+    if nx * ny * nz == 0 {
+        return;
     }
+    ROWS.with_borrow_mut(|rows| {
+        rows.numbers.clear();
+        rows.numbers.resize((nx + 1) * ny * nz, NONE);
+        rows.sums.clear();
+        surface(rows);
+        rows.each(planes, found);
+    });
+}
 
-    /// Adds the face that it has.
-    pub fn add_face(&mut self, planes: &[Vec<f64>; 3]) {
-        let face = std::mem::take(&mut self.face);
+impl Rows {
+    /// Adds a flat convex face, corners counterclockwise seen from outside (m).
+    pub fn add_face(
+        &mut self,
+        planes: &[Vec<f64>; 3],
+        corners: impl IntoIterator<Item = Vector3<f64>>,
+    ) {
+        let mut face = std::mem::take(&mut self.face);
+        face.clear();
+        face.extend(corners);
         self.cut(planes, 0, &face, 0);
         self.face = face;
     }
@@ -136,7 +151,7 @@ impl Room {
         }
     }
 
-    /// Calls with the boxes that the polyhedron reaches.
+    /// Calls with the boxes that the body reaches.
     pub fn each(&self, planes: &[Vec<f64>; 3], found: &mut dyn FnMut(&Tile)) {
         let [nx, ny, nz] = planes.each_ref().map(|planes| planes.len().saturating_sub(1));
         let ends = |at: usize, axis: usize| [planes[axis][at], planes[axis][at + 1]];

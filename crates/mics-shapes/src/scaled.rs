@@ -1,7 +1,7 @@
 //! A shape at another size: bodies of many sizes share what one of them has been built of.
 
-use super::{Core, Geometry, Nearest, Part, Patch, Polytope, Tile};
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use super::{Core, Geometry, Lattice, Nearest, Part, Patch, Polytope, Tile};
+use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 
 /// A shape with all of its lengths multiplied by a factor.
@@ -101,26 +101,13 @@ impl Geometry for Scaled {
         self.factor * self.base.extent(n)
     }
 
-    fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
-        let (middle, half) = (middle / self.factor, half.map(|edge| edge / self.factor));
-        let (volume, first) = self.base.filled(&middle, &half);
-        let power = self.power(self.dimension());
-        (power * volume, power * self.factor * first)
-    }
-
     fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
         let way = self.base.meets_itself(&(foot / self.factor), normal)?;
         Some(self.factor * way)
     }
 
-    fn tile(
-        &self,
-        factor: f64,
-        turn: &Rotation3<f64>,
-        planes: &[Vec<f64>; 3],
-        found: &mut dyn FnMut(&Tile),
-    ) -> bool {
-        self.base.tile(factor * self.factor, turn, planes, found)
+    fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
+        self.base.tile(&Lattice { factor: lattice.factor * self.factor, ..*lattice }, found);
     }
 
     fn parts(&self) -> &[Part] {
@@ -136,6 +123,7 @@ impl Geometry for Scaled {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scatter::with_tiles;
     use crate::{Clump, Ellipse, Ellipsoid, Polyhedron};
 
     /// A shape built at twice and a half its size is the same as that scaled.
@@ -156,11 +144,12 @@ mod tests {
             assert!((a.normal - b.normal).norm() < 1e-6, "{point} {a:?} {b:?}");
             let n = point.normalize();
             near(scaled.extent(&n), built.extent(&n));
-            let edge = 0.3 * built.radius();
-            let half = [Vector3::x() * edge, Vector3::y() * edge, flat * Vector3::z() * edge];
-            let [a, b] = [scaled.filled(&point, &half), built.filled(&point, &half)];
-            near(a.0, b.0);
-            assert!((a.1 - b.1).norm() < 1e-12);
+        }
+        let [a, b] = [scaled, built]
+            .map(|shape: &dyn Geometry| with_tiles(shape, 7, |_, tiles| tiles.to_vec()));
+        for (a, b) in a.iter().zip(&b) {
+            near(a.part, b.part);
+            assert!((a.moment - b.moment).norm() < 1e-12 && a.at == b.at);
         }
         let area = |shape: &dyn Geometry| -> f64 {
             shape.surface(0.1 * shape.radius()).iter().map(|patch| patch.area).sum()

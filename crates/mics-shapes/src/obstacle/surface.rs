@@ -14,7 +14,7 @@ use super::columns::Columns;
 use super::walls;
 use super::{Face, Room};
 use crate::mesh::place;
-use crate::{Fault, Nearest};
+use crate::{Fault, Nearest, Tile, rim, rows};
 use nalgebra::Vector3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::query::{PointQueryWithLocation, Ray, RayCast};
@@ -141,21 +141,25 @@ impl Surface {
         }
     }
 
-    /// Volume of it in a box about a place, and the integral of the place from there over that, as
-    /// [`Columns::filled`].
-    pub fn filled(&self, middle: &Vector3<f64>, half: &[Vector3<f64>; 3]) -> (f64, Vector3<f64>) {
-        let reach = half.iter().map(|edge| edge.abs()).sum::<Vector3<f64>>();
-        let [low, high] = self.solid.ends();
-        let mut sum = (0.0, Vector3::zeros());
-        for image in &self.images {
-            let at = middle - image;
-            let apart = |a: usize| at[a] - reach[a] >= high[a] || at[a] + reach[a] <= low[a];
-            if !(0..self.dimension).any(apart) {
-                let (volume, first) = self.solid.filled(&at, half);
-                sum = (sum.0 + volume, sum.1 + first);
-            }
+    /// Calls with the boxes between `planes` (m) that it reaches, where `at` puts its places (m).
+    pub fn tile(
+        &self,
+        at: impl Fn(&Vector3<f64>) -> Vector3<f64>,
+        planes: &[Vec<f64>; 3],
+        found: &mut dyn FnMut(&Tile),
+    ) {
+        let placed = |image: &Vector3<f64>, face: &Face| face.map(|x| at(&(x + image)));
+        let faces = self
+            .images
+            .iter()
+            .flat_map(|image| self.solid.faces().iter().map(move |face| placed(image, face)));
+        if self.dimension == 2 {
+            rim::tile(planes, found, |rim, planes| {
+                faces.for_each(|[from, to, _]| rim.add_side(planes, &from.xy(), &to.xy()));
+            });
+        } else {
+            rows::tile(planes, found, |rows| faces.for_each(|face| rows.add_face(planes, face)));
         }
-        sum
     }
 
     /// The member that a place (m) belongs to.

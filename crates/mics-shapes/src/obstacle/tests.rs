@@ -1,6 +1,8 @@
 //! Obstacles against known distances, areas and volumes.
 
 use super::*;
+use crate::rows;
+use nalgebra::Rotation3;
 use std::f64::consts::{PI, TAU};
 
 fn room(size: [f64; 3], periodic: [bool; 3]) -> Room {
@@ -11,23 +13,16 @@ fn room(size: [f64; 3], periodic: [bool; 3]) -> Room {
 fn sums(obstacle: &Obstacle, n: [usize; 3]) -> (f64, Vector3<f64>) {
     let (size, d) = (obstacle.room.size, obstacle.dimension);
     let h = Vector3::from_fn(|a, _| if a < d { size[a] / n[a] as f64 } else { 0.0 });
-    let edges = [0, 1, 2].map(|a| {
-        let mut edge = Vector3::zeros();
-        edge[a] = 0.5 * h[a];
-        edge
+    let planes = [0, 1, 2].map(|a| match a {
+        _ if a < d => (0..=n[a]).map(|k| k as f64 * h[a] - 0.5 * size[a]).collect(),
+        _ => vec![0.0; 2],
     });
+    let lattice = Lattice { factor: 1.0, turn: Rotation3::identity(), planes: &planes };
+    let whole = (0..d).map(|a| h[a]).product::<f64>();
     let (mut all, mut first) = (0.0, Vector3::zeros());
-    for k in 0..n.iter().product() {
-        let at = [k % n[0], k / n[0] % n[1], k / n[0] / n[1]];
-        let middle =
-            Vector3::from_fn(
-                |a, _| {
-                    if a < d { (at[a] as f64 + 0.5) * h[a] - 0.5 * size[a] } else { 0.0 }
-                },
-            );
-        let (part, moment) = obstacle.filled(&middle, &edges);
-        (all, first) = (all + part, first + moment);
-    }
+    obstacle.tile(&lattice, &mut |tile| {
+        (all, first) = (all + whole * tile.part, first + whole * tile.moment);
+    });
     (all, first)
 }
 
@@ -177,7 +172,7 @@ fn overlap(low: &[f64; 3], high: &[f64; 3], half: &Vector3<f64>) -> (f64, Vector
 #[test]
 fn box_in_cell_has_exact_volume_and_moments_flush_faces_among_them() {
     let half = Vector3::new(0.5, 0.4, 0.3);
-    let edges = [0, 1, 2].map(|a| half[a] * Vector3::ith(a, 1.0));
+    let planes = [0, 1, 2].map(|a| vec![-half[a], half[a]]);
     for (low, high) in [
         ([-0.2, -0.1, 0.0], [0.3, 0.2, 0.2]),
         ([-9.0, -9.0, -9.0], [0.1, 0.2, 9.0]),
@@ -190,14 +185,12 @@ fn box_in_cell_has_exact_volume_and_moments_flush_faces_among_them() {
     ] {
         let solid = columns::Columns::new(3, cuboid(low, high));
         let (exact, exact_first) = overlap(&low, &high, &half);
-        for turn in [0.0, 0.3, 1.2] {
-            let turn = nalgebra::Rotation3::from_euler_angles(turn, 2.0 * turn, -turn);
-            let turned: Vec<_> = cuboid(low, high).iter().map(|t| t.map(|x| turn * x)).collect();
-            let turned = columns::Columns::new(3, turned);
-            let (volume, first) = turned.filled(&Vector3::zeros(), &edges.map(|edge| turn * edge));
-            assert!((volume - exact).abs() < 1e-13, "{volume} {exact}");
-            assert!((first - turn * exact_first).norm() < 1e-13, "{first}");
-        }
+        let (whole, mut found) = (8.0 * half.product(), (0.0, Vector3::zeros()));
+        rows::tile(&planes, &mut |tile| found = (whole * tile.part, whole * tile.moment), |rows| {
+            cuboid(low, high).into_iter().for_each(|face| rows.add_face(&planes, face))
+        });
+        assert!((found.0 - exact).abs() < 1e-13, "{found:?} {exact}");
+        assert!((found.1 - exact_first).norm() < 1e-13, "{found:?}");
         let inside = (0..3).all(|a| low[a] < 0.01 && high[a] > 0.01);
         assert_eq!(solid.has(&Vector3::repeat(0.01)), inside);
     }

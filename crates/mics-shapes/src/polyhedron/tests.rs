@@ -1,6 +1,6 @@
 use super::*;
 use crate::patches;
-use crate::scatter::{feet, lattice, scatter};
+use crate::scatter::{counted, feet, lattice, scatter};
 use crate::{Obstacle, Room};
 use nalgebra::Rotation3;
 
@@ -82,12 +82,13 @@ fn boxes_of_a_turned_lattice_sum_to_the_polyhedron() {
         for rounding in [0.0, 0.05] {
             let body = Polyhedron::new(mesh, rounding).unwrap();
             let (volume, first) = lattice(&body);
-            let feet = feet(&body, 1.5);
+            let (feet, parts) = (feet(&body, 1.5), counted(&body, 16));
             let faces = body.face_count();
             println!(
                 "{name} of {faces}, rounding {rounding}: {volume:.1e}, {first:.1e}, feet {feet:.1e}"
             );
             assert!(volume < 1e-12 && first < 1e-12 && feet < 1e-12);
+            assert!(parts.0 < 1e-2 && parts.1 < 1e-2, "{parts:?}");
             let middle: Vector3<f64> = body.surface(0.05).iter().map(|p| p.area * p.normal).sum();
             assert!(rounding > 0.0 || middle.norm() < 1e-12, "{middle}");
             let [part] = body.parts() else { panic!() };
@@ -105,7 +106,7 @@ fn nearest_face_by_the_grid_is_the_nearest_of_all() {
     let body = Polyhedron::new(&stone(102), 0.0).unwrap().solid;
     for k in 0..5000 {
         let point = 1.3 * Vector3::from_fn(|a, _| scatter(3 * k + a));
-        let (distance, _, _) = body.nearest(&point);
+        let distance = body.nearest(&point).distance;
         let triangles = body.triangles();
         let above = body.faces().iter().map(|face| face.normal.dot(&point) - face.offset);
         let above = above.fold(f64::NEG_INFINITY, f64::max);
@@ -177,11 +178,10 @@ fn nearest_point_of_polyhedron_is_that_of_its_triangles() {
     }
 }
 
-/// The plane's height is the distance inside and no more than it outside; a box above it is empty.
+/// The plane's height is the distance inside and no more than it outside.
 #[test]
-fn planes_of_polyhedron_are_no_further_than_its_surface_and_nothing_lies_above_them() {
+fn planes_of_polyhedron_are_no_further_than_its_surface() {
     for body in [stone(60), stone(300)].map(|mesh| Polyhedron::new(&mesh, 0.0).unwrap()) {
-        let mut empty = 0;
         for k in 0..50_000 {
             let point = 1.3 * Vector3::from_fn(|a, _| scatter(6 * k + a));
             let (plane, exact) = (body.plane(&point).unwrap(), body.nearest(&point).distance);
@@ -190,15 +190,7 @@ fn planes_of_polyhedron_are_no_further_than_its_surface_and_nothing_lies_above_t
             assert!(exact > 0.0 || height == exact);
             let over = body.extent(&plane.normal) - (plane.normal.dot(&point) - height);
             assert!(over < 1e-12, "{over:e}");
-            let turn = Vector3::from_fn(|a, _| scatter(6 * k + 3 + a));
-            let turn = nalgebra::Rotation3::from_scaled_axis(turn);
-            let half = [0, 1, 2].map(|a| turn * Vector3::ith(a, 0.05));
-            if height > half.iter().map(|edge| plane.normal.dot(edge).abs()).sum() {
-                empty += 1;
-                assert_eq!(body.filled(&point, &half).0, 0.0);
-            }
         }
-        assert!(empty > 10_000, "{empty}");
     }
     assert!(Polyhedron::new(&stone(60), 0.1).unwrap().plane(&Vector3::x()).is_none());
 }
