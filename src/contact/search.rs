@@ -73,14 +73,13 @@ impl Contacts {
             }
             sort(&mut pairs[begin..], body, bodies, &self.walls, periods);
         }
-        self.met.clear();
-        self.met.resize(self.pairs.len(), None);
     }
 
     /// Forgets who was near whom and finds how far bodies reach within `time` (s); the farthest of
     /// all that are no obstacles (m).
     fn find_reach(&mut self, bodies: &[Body], time: f64, again: bool) -> f64 {
         self.travelled.fill(0.0);
+        self.met.clear();
         self.paired.fill(false);
         let mut farthest: f64 = 0.0;
         for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {

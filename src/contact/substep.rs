@@ -30,6 +30,7 @@ impl Contacts {
     fn load(&mut self, bodies: &[Body], h: f64) -> Result<()> {
         self.loads.fill(Impulse::default());
         self.tangential_forces.clear();
+        self.met.resize(self.pairs.len(), None);
         self.turn_to_middle(bodies, h);
         for (i, body) in bodies.iter().enumerate().filter(|(i, _)| self.paired[*i]) {
             self.reach[i] = self.travelled[i] + h * (body.velocity.norm() + rim_speed(body));

@@ -253,16 +253,9 @@ pub trait Shape: Debug + Send + Sync {
         // Each step goes as far as nothing can be in the way: to a plane that all of it lies below,
         // or by the distance.
         let least = 1e-9 * self.radius();
-        let mut end = apart.norm() + self.radius();
-        if let Some(obstacle) = self.obstacle() {
-            let [point, ray] = [-apart, *along].map(|v| orientation.inverse_transform_vector(&v));
-            end = end.min(obstacle.way_out(&point, &ray) + least);
-        }
+        let end = apart.norm() + self.radius();
         let mut way = 0.0;
         for _ in 0..200 {
-            if way > end {
-                return None;
-            }
             let arm = way * along - apart;
             let plane = self.plane(orientation, &arm).filter(|(height, _)| *height > least);
             let free = plane.map_or_else(
@@ -273,6 +266,9 @@ pub trait Shape: Debug + Send + Sync {
                 return Some(way);
             }
             way += free;
+            if way > end {
+                return None;
+            }
         }
         // It grazes the surface.
         None

@@ -67,6 +67,8 @@ pub(super) struct Bodies {
     rows: ByRow,
     /// The fluid's density over the lightest body's, times the cells across it, per unit of weight.
     lightest: f64,
+    /// Cells across the widest body by what it fills: the same on all ranks.
+    widest: f64,
     /// Whether any is light enough to take part in the multigrid.
     active: bool,
 }
@@ -108,6 +110,7 @@ impl Bodies {
             shared: Shared::new(session),
             rows: ByRow::default(),
             lightest: 0.0,
+            widest: 0.0,
             sums: Vec::new(),
             active: false,
         }
@@ -146,14 +149,17 @@ impl Bodies {
         self.agree(unsound, strays)
     }
 
-    /// Refuses what is unsound on any rank, and finds the lightest body of all. Collective.
+    /// Refuses what is unsound on any rank, and finds the lightest and the widest body of all.
+    /// Collective.
     fn agree(&mut self, unsound: bool, strays: bool) -> Result<()> {
         let of_body = |(v, w): (&f64, &f64)| v * w * cells_across(*v, self.axes);
         let light = self.volumes.iter().zip(self.weights.iter().flatten()).map(of_body);
-        let mut all = [light.fold(0.0, f64::max), f64::from(unsound), f64::from(strays)];
+        let most = self.volumes.iter().copied().fold(0.0, f64::max);
+        let mut all = [light.fold(0.0, f64::max), most, f64::from(unsound), f64::from(strays)];
         self.session.max(&mut all)?;
-        let [lightest, unsound, strays] = all;
+        let [lightest, most, unsound, strays] = all;
         self.lightest = lightest;
+        self.widest = cells_across(most, self.axes);
         if unsound > 0.0 {
             return Err(Error::Run(
                 "a free body's mode in the pressure equation is not finite, has a negative weight, \

@@ -202,6 +202,17 @@ fn obstacle_force_and_torque_are_in_measures_figures_and_report() {
     }
 }
 
+/// The largest change of a column between two runs, over its largest value, for each column.
+fn assert_alike(runs: [&Path; 2], table: &str, names: &[&str]) {
+    let [alone, shared] = runs.map(|out| columns(&out.join(table)));
+    for name in names.iter().copied() {
+        let largest = alone[name].iter().fold(0.0f64, |most, v| most.max(v.abs()));
+        let apart = alone[name].iter().zip(&shared[name]).map(|(a, b)| (a - b).abs());
+        let apart = apart.fold(0.0, f64::max);
+        assert!(apart <= 1e-5 * largest.max(1e-9), "{table} {name}: {apart:e} of {largest:e}");
+    }
+}
+
 #[test]
 fn obstacles_on_several_ranks_are_those_of_one() {
     let dir = tempfile::tempdir().unwrap();
@@ -211,13 +222,27 @@ fn obstacles_on_several_ranks_are_those_of_one() {
     run_on_ranks(3, &case, &three);
     let of_bodies = ["x", "y", "vx", "vy", "wz", "fluid_fx", "fluid_fy", "contact_fy"];
     let of_walls = ["y", "vy", "fluid_fx", "viscous_fy", "contact_fx", "contact_fy"];
-    for (table, names) in [("particles.csv", &of_bodies[..]), ("obstacles.csv", &of_walls[..])] {
-        let [alone, shared] = [&one, &three].map(|out| columns(&out.join(table)));
-        for name in names.iter().copied() {
-            let largest = alone[name].iter().fold(0.0f64, |most, v| most.max(v.abs()));
-            let apart = alone[name].iter().zip(&shared[name]).map(|(a, b)| (a - b).abs());
-            let apart = apart.fold(0.0, f64::max);
-            assert!(apart <= 1e-5 * largest.max(1e-9), "{table} {name}: {apart:e} of {largest:e}");
-        }
-    }
+    assert_alike([&one, &three], "particles.csv", &of_bodies);
+    assert_alike([&one, &three], "obstacles.csv", &of_walls);
+}
+
+/// All bodies that a coarse level of the multigrid resolves are those of the first of two ranks,
+/// with which the second sums.
+#[test]
+fn bodies_resolved_on_one_rank_alone_move_as_on_one() {
+    let dir = tempfile::tempdir().unwrap();
+    let body = "[[particle]]\nshape = { disc = { diameter = 0.02 } }\nposition = [0.03, 0.04]\n\
+        density = 1.1\nvelocity = [0.1, -0.05]\n[[particle]]\nshape = { disc = { diameter = 0.006 } }\n\
+        position = [0.15, 0.04]\ndensity = 1.1\nvelocity = [0.1, -0.05]\n\
+        [[obstacle]]\nheights = { points = [[0.0, 0.01], [0.2, 0.014]] }\n\
+        [time]\nend = 0.02\n[output]\nfigures = false\n\
+        [pressure]\ndivergence_limit = 1.0e-6\n";
+    let sides = ["\"wall\"", "\"wall\"", "\"wall\"", "\"slip\""];
+    let text = box_case([0.2, 0.1], [80, 40], 1e-4, sides, body);
+    let case = dir.path().join("case.toml");
+    std::fs::write(&case, text).unwrap();
+    let (one, two) = (dir.path().join("one"), dir.path().join("two"));
+    run(&case, &one, &[]);
+    run_on_ranks(2, &case, &two);
+    assert_alike([&one, &two], "particles.csv", &["x", "y", "vx", "vy", "wz", "fluid_fy"]);
 }

@@ -1,6 +1,7 @@
 //! Balls, and what two of them have in common.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
+use std::f64::consts::TAU;
 
 /// A ball, or a disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +23,15 @@ pub struct Seam {
     pub axis: Vector3<f64>,
     /// Its radius (m).
     pub radius: f64,
+}
+
+/// A free part of the rim of a disc, counterclockwise, no longer than a third of a turn.
+#[derive(Clone, Copy, Debug)]
+pub struct Arc {
+    /// Number of the disc.
+    pub disc: usize,
+    /// From its centre.
+    pub directions: [Vector2<f64>; 2],
 }
 
 /// The plane of equal powers of two balls: the first one's side lies below it.
@@ -63,4 +73,28 @@ pub fn unconnected(balls: &[Ball]) -> Option<usize> {
         }
     }
     joined.iter().position(|joined| !joined)
+}
+
+/// The free arcs of a disc, by the points that it has in common with others.
+pub fn arcs_of(balls: &[Ball], disc: usize, seams: &[Seam]) -> Vec<Arc> {
+    let centre = balls[disc].centre;
+    // From where on and how far it lies in others (rad).
+    let covered = seams.iter().filter(|seam| seam.balls.contains(&disc)).map(|seam| {
+        let axis = if seam.balls[0] == disc { seam.axis } else { -seam.axis };
+        let half = seam.radius.atan2((seam.middle - centre).dot(&axis));
+        ((axis.y.atan2(axis.x) - half).rem_euclid(TAU), 2.0 * half)
+    });
+    let covered: Vec<(f64, f64)> = covered.collect();
+    let ends = covered.iter().map(|(from, width)| (from + width).rem_euclid(TAU));
+    let mut angles: Vec<f64> = covered.iter().map(|(from, _)| *from).chain(ends).collect();
+    angles.extend((0..4).map(|k| f64::from(k) / 3.0 * TAU));
+    angles.sort_unstable_by(f64::total_cmp);
+    let is_free = |ends: &&[f64]| {
+        let middle = 0.5 * (ends[0] + ends[1]);
+        let within = |(from, width): &(f64, f64)| (middle - from).rem_euclid(TAU) < *width;
+        ends[0] < ends[1] && !covered.iter().any(within)
+    };
+    let direction = |angle: f64| Vector2::new(angle.cos(), angle.sin());
+    let arc = |ends: &[f64]| Arc { disc, directions: [ends[0], ends[1]].map(direction) };
+    angles.windows(2).filter(is_free).map(arc).collect()
 }

@@ -8,11 +8,11 @@
 //!      '---' '---'        inside the nearest point is on a free part of a sphere, or on the circle
 //! ```
 
-use super::balls::{Ball, Seam, circle, radical_plane, unconnected};
+use super::balls::{Arc, Ball, Seam, arcs_of, circle, radical_plane, unconnected};
 use super::convex::{self, Convex};
 use super::flat::Moments;
 use super::{Fault, Geometry, Lattice, Nearest, Part, Patch, Tile, ball, patches, rim};
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector3};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
@@ -30,14 +30,6 @@ pub struct Clump {
     radius: f64,
     volume: f64,
     inertia: Matrix3<f64>,
-}
-
-/// A free part of the rim of a disc, counterclockwise, no longer than a third of a turn.
-#[derive(Clone, Copy, Debug)]
-struct Arc {
-    disc: usize,
-    /// From its centre.
-    directions: [Vector2<f64>; 2],
 }
 
 thread_local! {
@@ -214,34 +206,10 @@ impl Clump {
         let free = corners.iter().filter(|(point, seam)| self.is_free(point, seam.balls));
         self.corners = free.map(|(point, _)| *point).collect();
         if self.dimension == 2 {
-            self.arcs = (0..n).flat_map(|disc| self.arcs_of(disc, &seams)).collect();
+            self.arcs = (0..n).flat_map(|disc| arcs_of(&self.balls, disc, &seams)).collect();
         } else {
             self.seams = seams;
         }
-    }
-
-    /// The free arcs of a disc, by the points that it has in common with others.
-    fn arcs_of(&self, disc: usize, seams: &[Seam]) -> Vec<Arc> {
-        let centre = self.balls[disc].centre;
-        // From where on and how far it lies in others (rad).
-        let covered = seams.iter().filter(|seam| seam.balls.contains(&disc)).map(|seam| {
-            let axis = if seam.balls[0] == disc { seam.axis } else { -seam.axis };
-            let half = seam.radius.atan2((seam.middle - centre).dot(&axis));
-            ((axis.y.atan2(axis.x) - half).rem_euclid(TAU), 2.0 * half)
-        });
-        let covered: Vec<(f64, f64)> = covered.collect();
-        let ends = covered.iter().map(|(from, width)| (from + width).rem_euclid(TAU));
-        let mut angles: Vec<f64> = covered.iter().map(|(from, _)| *from).chain(ends).collect();
-        angles.extend((0..4).map(|k| f64::from(k) / 3.0 * TAU));
-        angles.sort_unstable_by(f64::total_cmp);
-        let is_free = |ends: &&[f64]| {
-            let middle = 0.5 * (ends[0] + ends[1]);
-            let within = |(from, width): &(f64, f64)| (middle - from).rem_euclid(TAU) < *width;
-            ends[0] < ends[1] && !covered.iter().any(within)
-        };
-        let direction = |angle: f64| Vector2::new(angle.cos(), angle.sin());
-        let arc = |ends: &[f64]| Arc { disc, directions: [ends[0], ends[1]].map(direction) };
-        angles.windows(2).filter(is_free).map(arc).collect()
     }
 
     /// The nearest point of the surface to one inside: on a free part of a sphere, on the seam of

@@ -253,17 +253,6 @@ impl Obstacle {
         self.bounds
     }
 
-    /// How far a ray from a point along a direction of length 1 (own axes) goes until it leaves the
-    /// box about the obstacle (m); negative where it has.
-    pub fn way_out(&self, point: &Vector3<f64>, along: &Vector3<f64>) -> f64 {
-        let [low, high] = self.bounds.map(|end| end - self.origin - point);
-        let out = |a: usize| {
-            let end = if along[a] > 0.0 { high[a] + self.margin } else { low[a] - self.margin };
-            end / along[a]
-        };
-        (0..self.dimension()).filter(|a| along[*a] != 0.0).map(out).fold(f64::INFINITY, f64::min)
-    }
-
     /// Its walls as contacts see them.
     pub fn faces(&self) -> &Mesh {
         &self.faces
@@ -426,10 +415,12 @@ impl Geometry for Obstacle {
 
     fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
         let at = |x: &Vector3<f64>| lattice.place(&(x - self.origin));
-        self.surface.tile(at, lattice.planes, &mut |tile| {
-            if !self.is_joined() || self.owns(&lattice.own_box(tile.at).0) {
-                found(tile);
-            }
+        walls::within(lattice, &self.room, &self.origin, |planes| {
+            self.surface.tile(at, planes, &mut |tile| {
+                if !self.is_joined() || self.owns(&lattice.own_box(tile.at).0) {
+                    found(&walls::beyond(tile, lattice.planes, planes));
+                }
+            });
         });
     }
 

@@ -119,7 +119,8 @@ impl Bodies {
             self.layers.push(SurfaceCells::default());
         }
         let on = self.on(l);
-        let Bodies { axes, weights, owner, inverse_h, layers, volumes, .. } = self;
+        let Bodies { axes, weights, owner, inverse_h, layers, volumes, widest, .. } = self;
+        let resolves = |across: f64| across >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
         let (upper, lower) = layers.split_at_mut(l + 1);
         let (from, to) = (&upper[l], &mut lower[0]);
         to.clear(&coarse.lattice);
@@ -132,17 +133,13 @@ impl Bodies {
             to.cells.reserve(2 * from.faces.len());
         }
         let mut rest = &from.faces[..];
-        let mut any = false;
         for (group, owner) in owner.iter().map(|k| *k as usize).enumerate() {
             let count = rest.iter().take_while(|face| face.group as usize == group).count();
             let (own, others) = rest.split_at(count);
             rest = others;
             let first = to.faces.len();
             let volume = volumes[3 * owner..][..3].iter().fold(0.0f64, |most, v| most.max(*v));
-            let resolved =
-                cells_across(volume, *axes) >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
-            any |= resolved;
-            if resolved {
+            if resolves(cells_across(volume, *axes)) {
                 to.take_faces(own, fine, coarse, first);
             } else if owner == group {
                 // What takes the body's place turns as well.
@@ -154,7 +151,8 @@ impl Bodies {
             }
             to.collect(&coarse.lattice, inverse_h, first);
         }
-        if any {
+        // Also where all that it resolves lie on other ranks, with which it sums.
+        if resolves(*widest) {
             to.smooth.resize(weights.len(), Smooth::default());
         }
     }

@@ -371,3 +371,25 @@ fn feet_on_both_sides_of_a_corner_are_found_once_each() {
     obstacle.feet(&Vector3::repeat(0.4), 0.15, &mut feet);
     assert!(feet.is_empty());
 }
+
+/// Boxes about the faces of a closed side, of a bed that ends there and of one that goes below it.
+#[test]
+fn bed_goes_on_beyond_a_closed_side() {
+    let own = room([4.0, 2.0, 1.0], [true, false, false]);
+    for bottom in [-1.0, 0.0] {
+        let bed = vec![[0.0, bottom], [4.0, bottom], [4.0, 0.6], [0.0, 0.6]];
+        let obstacle = Obstacle::outlines(&[bed], &own).unwrap();
+        let along = |n: usize| (0..=n).map(|k| k as f64 - 0.5 * n as f64).collect::<Vec<f64>>();
+        let planes = [along(4), vec![-1.5, -0.5, 0.5], vec![0.0; 2]];
+        let lattice = Lattice { factor: 1.0, turn: Rotation3::identity(), planes: &planes };
+        let mut count = [0, 0];
+        obstacle.tile(&lattice, &mut |tile| {
+            let exact = [1.0, 0.1][tile.at[1]];
+            let middle = [-1.0, -0.45][tile.at[1]];
+            assert!((tile.part - exact).abs() < 1e-14, "{bottom}: {tile:?}");
+            assert!((tile.moment.y - exact * middle).abs() < 1e-14, "{bottom}: {tile:?}");
+            count[tile.at[1]] += 1;
+        });
+        assert_eq!(count, [4, 4], "{bottom}");
+    }
+}

@@ -10,8 +10,9 @@
 //! ```
 
 use super::{Face, Room};
-use crate::Fault;
-use nalgebra::Vector3;
+use crate::{Fault, Lattice, Tile};
+use nalgebra::{Rotation3, Vector3};
+use std::cell::RefCell;
 
 /// Distance from a side (of the domain's size) within which a part of the surface lies on it.
 pub const ON_SIDE: f64 = 1e-9;
@@ -177,4 +178,53 @@ pub fn reach(walls: &[(Face, u32)], place: &Vector3<f64>, dimension: usize, room
         (place[a] - from).abs().max((to - place[a]).abs())
     });
     farthest.norm()
+}
+
+thread_local! {
+    static PLANES: RefCell<[Vec<f64>; 3]> = RefCell::default();
+}
+
+/// Calls with the planes of a lattice about an origin (m), where boxes that a closed side of the
+/// domain divides end at the side: beyond it an obstacle goes on as it is there.
+pub fn within(
+    lattice: &Lattice,
+    room: &Room,
+    origin: &Vector3<f64>,
+    take: impl FnOnce(&[Vec<f64>; 3]),
+) {
+    if lattice.factor != 1.0 || lattice.turn != Rotation3::identity() {
+        return take(lattice.planes);
+    }
+    PLANES.with_borrow_mut(|all| {
+        for (axis, planes) in all.iter_mut().enumerate() {
+            planes.clone_from(&lattice.planes[axis]);
+            if room.periodic[axis] || planes[0] == planes[planes.len() - 1] {
+                continue;
+            }
+            let [low, high] = [0.0, room.size[axis]].map(|side| side - origin[axis]);
+            for k in 1..planes.len() {
+                if planes[k - 1] < low && planes[k] > low {
+                    planes[k - 1] = low;
+                }
+                if planes[k - 1] < high && planes[k] > high {
+                    planes[k] = high;
+                }
+            }
+        }
+        take(all);
+    });
+}
+
+/// What is filled of the whole of a box of which a part has been `found`, by the `planes` of both
+/// (m).
+pub fn beyond(found: &Tile, planes: &[Vec<f64>; 3], parts: &[Vec<f64>; 3]) -> Tile {
+    let mut whole = *found;
+    for axis in 0..3 {
+        let ends = |planes: &[Vec<f64>; 3]| [0, 1].map(|n| planes[axis][found.at[axis] + n]);
+        let [low, high] = ends(planes);
+        if ends(parts) != [low, high] {
+            whole.moment[axis] = found.part * 0.5 * (low + high);
+        }
+    }
+    whole
 }
