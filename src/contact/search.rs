@@ -14,7 +14,7 @@ impl Contacts {
     /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the
     /// search_radius leaves room for what contacts do to speeds.
     pub(super) fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
-        let farthest = self.find_reach(bodies, time, again);
+        self.find_reach(bodies, time, again);
         self.find_faces(bodies);
         self.regions.clear();
         // The first search of a step has the few pairs with springs only: exchanged for the other,
@@ -22,7 +22,6 @@ impl Contacts {
         self.old.clear();
         self.old.extend_from_slice(&self.pairs);
         self.pairs.clear();
-        self.neighbours.sort(bodies, 2.0 * farthest);
         let free = |i: usize| bodies[i].freedom().is_some();
         let mut rest = &self.old[..];
         for (i, body) in bodies.iter().enumerate() {
@@ -75,9 +74,9 @@ impl Contacts {
         }
     }
 
-    /// Forgets who was near whom and finds how far bodies reach within `time` (s); the farthest of
-    /// all that are no obstacles (m).
-    fn find_reach(&mut self, bodies: &[Body], time: f64, again: bool) -> f64 {
+    /// Forgets who was near whom, finds how far bodies reach within `time` (s), and sorts them by
+    /// where they are.
+    fn find_reach(&mut self, bodies: &[Body], time: f64, again: bool) {
         self.travelled.fill(0.0);
         self.met.clear();
         self.paired.fill(false);
@@ -96,7 +95,7 @@ impl Contacts {
                 if again { 2.0 * way + 0.05 * body.radius() } else { way + 1e-6 * body.radius() };
             farthest = farthest.max(body.radius() + self.search_radius[i]);
         }
-        farthest
+        self.neighbours.sort(bodies, 2.0 * farthest);
     }
 
     /// How far the rim of a body that is not round may turn in `time` (m).

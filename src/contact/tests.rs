@@ -348,8 +348,14 @@ fn contact_errors_name_the_particle() {
             "normal_stiffness = 4.0e8",
         ],
     );
-    says(disc(0.15, 0.15, 0.0), auto, 1e-3, still, &["particle 0 and particle 1", "2.00"]);
-    says(disc(0.1, 0.003, 0.0), auto, 1e-3, still, &["particle 1 and the wall at y = 0 m", "0.70"]);
+    says(disc(0.15, 0.15, 0.0), auto, 1e-3, still, &["particle 0 and particle 1", "by 2.000e-2 m"]);
+    says(
+        disc(0.1, 0.003, 0.0),
+        auto,
+        1e-3,
+        still,
+        &["particle 1 and the wall at y = 0 m", "7.000e-3 m"],
+    );
     says(disc(0.1, -0.003, 0.0), auto, 1e-3, still, &["particle 1 is beyond the wall at y = 0 m"]);
     says(disc(0.1, 0.1, -30.0), auto, 1e-2, still, &["particle 1 has left the box", "x = -0.2"]);
     says(

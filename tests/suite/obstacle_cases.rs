@@ -231,14 +231,17 @@ fn obstacles_on_several_ranks_are_those_of_one() {
 #[test]
 fn bodies_resolved_on_one_rank_alone_move_as_on_one() {
     let dir = tempfile::tempdir().unwrap();
-    let body = "[[particle]]\nshape = { disc = { diameter = 0.02 } }\nposition = [0.03, 0.04]\n\
-        density = 1.1\nvelocity = [0.1, -0.05]\n[[particle]]\nshape = { disc = { diameter = 0.006 } }\n\
-        position = [0.15, 0.04]\ndensity = 1.1\nvelocity = [0.1, -0.05]\n\
-        [[obstacle]]\nheights = { points = [[0.0, 0.01], [0.2, 0.014]] }\n\
-        [time]\nend = 0.02\n[output]\nfigures = false\n\
-        [pressure]\ndivergence_limit = 1.0e-6\n";
+    let disc = |diameter: f64, x: f64| {
+        format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = {diameter} }} }}\n\
+            position = [{x}, 0.04]\ndensity = 1.1\nvelocity = [0.1, -0.05]\n"
+        )
+    };
+    let rest = "[[obstacle]]\nheights = { points = [[0.0, 0.01], [0.2, 0.014]] }\n[time]\n\
+        end = 0.02\n[output]\nfigures = false\n[pressure]\ndivergence_limit = 1.0e-6\n";
+    let body = disc(0.02, 0.03) + &disc(0.006, 0.15) + rest;
     let sides = ["\"wall\"", "\"wall\"", "\"wall\"", "\"slip\""];
-    let text = box_case([0.2, 0.1], [80, 40], 1e-4, sides, body);
+    let text = box_case([0.2, 0.1], [80, 40], 1e-4, sides, &body);
     let case = dir.path().join("case.toml");
     std::fs::write(&case, text).unwrap();
     let (one, two) = (dir.path().join("one"), dir.path().join("two"));

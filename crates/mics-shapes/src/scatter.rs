@@ -17,10 +17,10 @@ pub fn with_tiles<T>(
 ) -> T {
     let two = body.dimension() == 2;
     let axis = Vector3::from_fn(|a, _| if two && a < 2 { 0.0 } else { 3.0 * scatter(9 * k + a) });
-    let turn = Rotation3::from_scaled_axis(if k % 3 == 0 { 0.0 * axis } else { axis });
+    let turn = Rotation3::from_scaled_axis(if k.is_multiple_of(3) { 0.0 * axis } else { axis });
     let h = [0.07, 0.15, 0.4, 1.3][k % 4] * 2.0 * body.radius();
     let n = (1.2 * body.radius() / h) as i32 + 2;
-    let shift = |a: usize| if k % 5 == 0 { 0.0 } else { 0.5 * h * scatter(4 * k + a) };
+    let shift = |a: usize| if k.is_multiple_of(5) { 0.0 } else { 0.5 * h * scatter(4 * k + a) };
     let mut planes = [0, 1, 2].map(|a| {
         let h = [1.0, 0.8, 1.1][a] * h;
         (-n..=n).map(|i| h * f64::from(i) + shift(a)).collect::<Vec<f64>>()

@@ -431,3 +431,14 @@ fn gap_of_shapes_found_now_and_then_slows_as_found_always() {
     println!("{limit:?} and {short:?} m/s: {off:?}");
     assert!(short[0].norm() > 1e-5 && off[0] < 5e-4 && off[1] < 5e-4, "{off:?}");
 }
+
+#[test]
+fn overlap_beyond_the_skins_names_them() {
+    let shape = solids::cuboid([0.01, 0.008, 0.006], 4e-4);
+    let at = |y: f64| free(&shape, vector![0.05, y, 0.05], Vector3::zeros());
+    let mut two = [at(0.03), at(0.046 - 7.5e-4)];
+    let mut law = contacts(&two, stiff(1e5, 1.0, 0.0), [0.1; 3], &[1], Substeps::Auto);
+    let error = law.advance(&mut two, &[Accelerations::default(); 2], 1e-4).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("7.200e-4 m is the limit") && error.contains("`rounding`"), "{error}");
+}
