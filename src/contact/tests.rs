@@ -342,11 +342,7 @@ fn contact_errors_name_the_particle() {
         auto,
         1e-3,
         still,
-        &[
-            "particle 0 and particle 1",
-            "by 4.000e-3 m, where 2.000e-3 m",
-            "normal_stiffness = 4.0e8",
-        ],
+        &["particle 0 and particle 1", "by 4.000e-3 m", "normal_stiffness = 4.0e8"],
     );
     says(disc(0.15, 0.15, 0.0), auto, 1e-3, still, &["particle 0 and particle 1", "by 2.000e-2 m"]);
     says(
