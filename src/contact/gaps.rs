@@ -40,14 +40,17 @@ impl Contacts {
             if pair.clear - gone > range {
                 continue;
             }
+            // What it has gone since is counted substep by substep.
             let still = |met: &Met| gone - met.gone <= SAME_PLACE * -met.meeting.overlap;
-            let known = self.met[p].filter(|met| met.age <= substep || still(met));
+            let fresh = |met: &Met| met.age < substep;
+            let known = self.met[p].filter(|met| met.age <= h && (fresh(met) || still(met)));
             let meeting = match known {
                 Some(met) => self.at_end(&pair, bodies, &met),
                 None => self.closest(&pair, bodies, 0.0),
             };
-            if known.is_none() && !self.are_round(&pair, bodies) {
-                self.met[p] = Some(Met { meeting, age: 0.0, gone });
+            if !self.are_round(&pair, bodies) {
+                let found = known.map_or(gone, |met| met.gone);
+                self.met[p] = Some(Met { meeting, age: 0.0, gone: found });
             }
             self.pairs[p].seen = meeting.normal;
             let (gap, arms) = (-meeting.overlap, meeting.arms);
