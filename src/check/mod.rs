@@ -204,7 +204,10 @@ struct Trial {
 fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<Trial> {
     scene.domain.clock.lap(Stage::Logs);
     let in_contacts = |scene: &Scene<D>| scene.domain.clock.spent(Stage::Contacts);
-    let (trial, begun, mut before, mut rows) = (Instant::now(), in_contacts(scene), None, 0);
+    let trial = Instant::now();
+    let begun = in_contacts(scene);
+    let mut before = None;
+    let mut rows = 0;
     for _ in 0..TRIAL_STEPS {
         let left = case.time.end - scene.state.time;
         let (dt, _) = choose_step(case, &scene.limits()?, before, left);
@@ -213,7 +216,8 @@ fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<Trial>
         rows += report.outer + report.krylov;
         before = Some(dt);
     }
-    let (all, tried) = (trial.elapsed().as_secs_f64(), f64::from(TRIAL_STEPS));
+    let all = trial.elapsed().as_secs_f64();
+    let tried = f64::from(TRIAL_STEPS);
     let without = (all - (in_contacts(scene) - begun)) / tried;
     Ok(Trial { step: all / tried, without, solve_rows: f64::from(rows) / tried })
 }

@@ -18,7 +18,8 @@ const COSTLY: [f64; 2] = [1000.0, 10.0];
 /// The shortest contact (s) after a fall of a diameter, for springs whose time depends on the
 /// speed; `None` without contacts.
 pub(super) fn shortest<const D: usize>(scene: &Scene<D>) -> Option<f64> {
-    let (bodies, pull) = (&scene.state.bodies, scene.largest_fall());
+    let bodies = &scene.state.bodies;
+    let pull = scene.largest_fall();
     let fall = bodies
         .iter()
         .map(|b| (4.0 * b.radius() * pull).sqrt() + b.top_speed())
@@ -81,7 +82,8 @@ pub fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<S
         let warnings = [too_soft(case, scene, law), too_stiff(case, scene, law, dt / time)];
         return [Some(line)].into_iter().chain(warnings).flatten().collect();
     };
-    let (substep, ratio) = (dt / n as f64, time * n as f64 / dt);
+    let substep = dt / n as f64;
+    let ratio = time * n as f64 / dt;
     let line = format!(
         "contact      shortest {time:.3e} s, substep {substep:.3e} s: {ratio:.1} substeps a contact"
     );
@@ -129,7 +131,8 @@ fn too_stiff<const D: usize>(
     law: &Contact,
     contacts: f64,
 ) -> Option<String> {
-    let (wanted, [many, over]) = (case.numerics.contact_substeps * contacts, COSTLY);
+    let wanted = case.numerics.contact_substeps * contacts;
+    let [many, over] = COSTLY;
     let Some((stiffness, exponent)) = given(law).max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return (wanted > over * many).then(|| {
             format!(

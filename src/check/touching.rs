@@ -42,7 +42,9 @@ impl Touching {
         let contacts = scene.method.contacts()?;
         let bodies = let_down(case, scene);
         let free = bodies.iter().filter(|body| body.freedom().is_some()).count();
-        let (begun, mut last, mut found) = (Instant::now(), None, None);
+        let begun = Instant::now();
+        let mut last = None;
+        let mut found = None;
         for halvings in (0..=halvings(case, scene, dt)).rev() {
             let parts = 2f64.powi(halvings);
             let Some(one) = try_step(case, contacts, &bodies, dt / parts) else { continue };
@@ -95,7 +97,8 @@ struct Tried {
 /// Moves copies of the bodies on by `h` (s) through contacts, pulled by their weight; `None` where
 /// none touches, or the step fails.
 fn try_step(case: &Case, contacts: &Contacts, bodies: &[Body], h: f64) -> Option<Tried> {
-    let (mut contacts, mut bodies) = (contacts.clone(), bodies.to_vec());
+    let mut contacts = contacts.clone();
+    let mut bodies = bodies.to_vec();
     let mut touching = contacts.untouched();
     let pulled = |body: &Body| Accelerations {
         acceleration: weight(case, body) / contacts.mass_in_contact(body),
@@ -132,7 +135,8 @@ fn let_down<const D: usize>(case: &Case, scene: &Scene<D>) -> Vec<Body> {
     let mut order: Vec<usize> = (0..bodies.len()).filter(|k| falls(&bodies[*k])).collect();
     let depth = |k: &usize| bodies[*k].centre.dot(&down(&bodies[*k]));
     order.sort_by(|a, b| depth(b).total_cmp(&depth(a)));
-    let (begun, periods) = (Instant::now(), scene.domain.periods());
+    let begun = Instant::now();
+    let periods = scene.domain.periods();
     for k in order {
         if begun.elapsed().as_secs_f64() > LONGEST {
             break;
@@ -154,8 +158,10 @@ fn way_down(
     periods: &[Option<f64>; 3],
 ) -> f64 {
     let body = &bodies[k];
-    let (axis, resting) = (down.iamax(), RESTING * body.radius());
-    let (size, high) = (case.domain.size[axis], down[axis] > 0.0);
+    let axis = down.iamax();
+    let resting = RESTING * body.radius();
+    let size = case.domain.size[axis];
+    let high = down[axis] > 0.0;
     let room = match &case.boundary[axis][usize::from(high)] {
         Side::Periodic => size,
         side => {

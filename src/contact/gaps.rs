@@ -40,7 +40,7 @@ impl Contacts {
             if pair.clear - gone > range {
                 continue;
             }
-            // What it has gone since is counted substep by substep.
+            // Carried on from the substep before, until they have gone too far since it was found.
             let still = |met: &Met| gone - met.gone <= SAME_PLACE * -met.meeting.overlap;
             let fresh = |met: &Met| met.age < substep;
             let known = self.met[p].filter(|met| met.age <= h && (fresh(met) || still(met)));
@@ -53,7 +53,8 @@ impl Contacts {
                 self.met[p] = Some(Met { meeting, age: 0.0, gone: found });
             }
             self.pairs[p].seen = meeting.normal;
-            let (gap, arms) = (-meeting.overlap, meeting.arms);
+            let gap = -meeting.overlap;
+            let arms = meeting.arms;
             if gap > range {
                 continue;
             }
@@ -120,7 +121,8 @@ impl Contacts {
         // A substep that goes through the end of the gap is in it for a part of its time only.
         let touches = (gap <= 0.0) != (next <= 0.0);
         let normal = if touches {
-            let (wide, outside) = (gap.max(next), gap.max(next) / (gap - next).abs());
+            let wide = gap.max(next);
+            let outside = gap.max(next) / (gap - next).abs();
             outside * between(wide, f64::MIN_POSITIVE) + (1.0 - outside) * between(0.0, 0.0)
         } else {
             between(gap, next.max(0.0))
@@ -172,7 +174,8 @@ impl Contacts {
         let apart = arms[0] - arms[1];
         // How far the contact is from both centres along the normal.
         let arms = [arms[0].dot(&n), -arms[1].dot(&n)];
-        let (body, other) = (&bodies[pair.first], self.other(&pair, bodies));
+        let body = &bodies[pair.first];
+        let other = self.other(&pair, bodies);
         // That of a wall turns the line of centres with it.
         let wall = bodies.get(pair.second).filter(|_| other.is_none());
         let spin = body.spin - wall.map_or(Vector3::zeros(), |wall| wall.spin);
@@ -205,7 +208,8 @@ impl Contacts {
             + other.map_or(0.0, |_| self.inverse_masses[pair.second].mass.max());
         let inverse = 0.25 * (lever * lever * masses + turning);
         let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * speed;
-        let (turn, impulse) = (n.cross(&impulse), lever * impulse);
+        let turn = n.cross(&impulse);
+        let impulse = lever * impulse;
         // On an obstacle about its own centre.
         let reaction = match wall {
             Some(_) => apart.cross(&impulse) - arms[0] * turn,

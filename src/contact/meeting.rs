@@ -98,7 +98,8 @@ impl Contacts {
                 let velocity = body.velocity - other.velocity;
                 let apart = pair.apart(bodies, &self.periods) - 0.5 * h * velocity;
                 let distance = apart.norm();
-                let (normal, radii) = (apart / distance, [body.radius(), other.radius()]);
+                let normal = apart / distance;
+                let radii = [body.radius(), other.radius()];
                 let overlap = body.radius() + other.radius() - distance;
                 let to = [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
                 let arms = Arms { to, normal, couple: 0.0 };
@@ -230,11 +231,13 @@ impl Contacts {
         h: f64,
         meeting: &Meeting,
     ) -> Kinematics {
-        let (body, inverse_mass) = (&bodies[pair.first], &self.inverse_masses[pair.first]);
+        let body = &bodies[pair.first];
+        let inverse_mass = &self.inverse_masses[pair.first];
         let &Meeting { normal, overlap, gain, arms, velocity, approach, .. } = meeting;
         let (mut whole, mut inverse, mut accelerations) =
             (inverse_mass.whole, inverse_mass.mass, inverse_mass.accelerations);
-        let (mut spin, mut angular) = (Vector3::zeros(), Vector3::zeros());
+        let mut spin = Vector3::zeros();
+        let mut angular = Vector3::zeros();
         if let Some(other) = bodies.get(pair.second) {
             let its = &self.inverse_masses[pair.second];
             (spin, angular) = (other.spin, its.accelerations.angular);
@@ -275,7 +278,8 @@ impl Contacts {
     /// How the surfaces of a pair respond at the contact by turning (1/kg): along the normal, and
     /// most across it. That of round ones is the same all across.
     fn turning_response(&self, pair: &Pair, arms: &Arms, round: bool) -> [f64; 2] {
-        let (to, normal) = (&arms.to, &arms.normal);
+        let to = &arms.to;
+        let normal = &arms.normal;
         let first = &self.inverse_masses[pair.first].inertia;
         let second = self.inverse_masses.get(pair.second).map(|its| &its.inertia);
         if round {
@@ -290,7 +294,8 @@ impl Contacts {
         }
         // By what impulses along a and b turn both.
         let response = |a: &Vector3<f64>, b: &Vector3<f64>| {
-            let ([one, its_one], [other, its_other]) = (arms.turns(a), arms.turns(b));
+            let [one, its_one] = arms.turns(a);
+            let [other, its_other] = arms.turns(b);
             match second {
                 Some(_) if pair.is_own_image() => {
                     (one + its_one).dot(&first.of(&(other + its_other)))

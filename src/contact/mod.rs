@@ -279,7 +279,8 @@ impl Contacts {
     ) -> Result<usize> {
         self.refuse_strays(bodies)?;
         self.begin(bodies, touching, accelerations, turning);
-        let (mut left, mut taken) = (dt, 0);
+        let mut left = dt;
+        let mut taken = 0;
         while left > 0.0 {
             self.search(bodies, left, taken > 0);
             if taken == 0 {
@@ -310,7 +311,8 @@ impl Contacts {
         touching.springs.clear();
         let sustained = self.pairs.iter().filter_map(|p| {
             let image = p.image + crossed(bodies, p.first, p.second, &self.periods);
-            let (parts, rolling) = (p.parts, p.rolled);
+            let parts = p.parts;
+            let rolling = p.rolled;
             Some((p.first, p.second, Springs { image, parts, tangential: p.spring?, rolling }))
         });
         touching.springs.extend(sustained);
@@ -336,7 +338,8 @@ impl Contacts {
                 InverseMass::of(body, accelerations, self.mass_in_contact(body), &inertia);
         }
         self.pairs.clear();
-        let (kept, periods) = (touching.springs.iter(), &self.periods);
+        let kept = touching.springs.iter();
+        let periods = &self.periods;
         self.pairs.extend(kept.map(|&(i, j, springs)| Pair {
             spring: Some(springs.tangential),
             rolled: springs.rolling,

@@ -51,7 +51,9 @@ pub(super) fn add_pairs(
     reach: Reach,
     (before, pairs, regions): (&[Pair], &mut Vec<Pair>, &mut Regions),
 ) -> bool {
-    let (body, wall, begin) = (&bodies[i], &bodies[o], pairs.len());
+    let body = &bodies[i];
+    let wall = &bodies[o];
+    let begin = pairs.len();
     let Some(faces) = obstacle(wall).map(Obstacle::faces) else { return false };
     let apart = nearest_image(&body.centre, &wall.centre, periods);
     let further = apart - (wall.centre - body.centre);
@@ -92,7 +94,8 @@ impl Contacts {
         wall: &Obstacle,
         h: f64,
     ) -> Meeting {
-        let (body, other) = (&bodies[pair.first], &bodies[pair.second]);
+        let body = &bodies[pair.first];
+        let other = &bodies[pair.second];
         let velocity = body.velocity - other.velocity;
         let apart = pair.apart(bodies, &self.periods) - 0.5 * h * velocity;
         let [turn, its] = [pair.first, pair.second].map(|k| self.pose(k, bodies, h).orientation);

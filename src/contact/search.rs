@@ -14,9 +14,8 @@ impl Contacts {
     /// Finds the pairs that could meet within `time` (s), and keeps the springs. With `again`, the
     /// search_radius leaves room for what contacts do to speeds.
     pub(super) fn search(&mut self, bodies: &[Body], time: f64, again: bool) {
-        self.find_reach(bodies, time, again);
         self.find_faces(bodies);
-        self.regions.clear();
+        self.find_reach(bodies, time, again);
         // The first search of a step has the few pairs with springs only: exchanged for the other,
         // both lists would come to take the room of all.
         self.old.clear();
@@ -37,7 +36,8 @@ impl Contacts {
                 Pair { clear: 0.0, ..before.iter().find(same).copied().unwrap_or(new) }
             };
             let periods = &self.periods;
-            let (pairs, paired) = (&mut self.pairs, &mut self.paired);
+            let pairs = &mut self.pairs;
+            let paired = &mut self.paired;
             let begin = pairs.len();
             let search_radius = &self.search_radius;
             self.neighbours.around(i, bodies, search_radius, |j, image| {
@@ -79,6 +79,7 @@ impl Contacts {
     fn find_reach(&mut self, bodies: &[Body], time: f64, again: bool) {
         self.travelled.fill(0.0);
         self.met.clear();
+        self.regions.clear();
         self.paired.fill(false);
         let mut farthest: f64 = 0.0;
         for (i, (body, inverse_mass)) in bodies.iter().zip(&self.inverse_masses).enumerate() {

@@ -65,7 +65,8 @@ impl Contacts {
     /// The force of the pair at the place `p`, which touches, on its two in a substep of `h` (s).
     fn press(&mut self, p: usize, bodies: &[Body], h: f64, meeting: &Meeting) -> Result<()> {
         let mut pair = self.pairs[p];
-        let (kinematics, arms) = (self.kinematics_at(&pair, bodies, h, meeting), meeting.arms);
+        let kinematics = self.kinematics_at(&pair, bodies, h, meeting);
+        let arms = meeting.arms;
         let limit = self.deepest_allowed(&pair, bodies);
         self.deepest = self.deepest.max(kinematics.overlap);
         if kinematics.overlap > limit.overlap {
@@ -147,7 +148,8 @@ impl Contacts {
     fn carry(&mut self, bodies: &mut [Body], h: f64) -> bool {
         let mut within = true;
         for (i, body) in bodies.iter_mut().enumerate().filter(|(i, _)| self.paired[*i]) {
-            let (load, inverse_mass) = (&self.loads[i], &self.inverse_masses[i]);
+            let load = &self.loads[i];
+            let inverse_mass = &self.inverse_masses[i];
             self.impulses[i].linear += h * load.linear;
             self.impulses[i].angular += h * load.angular;
             let accelerations = Accelerations {
@@ -204,7 +206,8 @@ fn travel(
     if body.motion == Motion::Fixed {
         return (0.0, Vector3::zeros());
     }
-    let (free, rim) = (body.freedom().is_some(), rim_speed(body));
+    let free = body.freedom().is_some();
+    let rim = rim_speed(body);
     let speed = if free {
         (body.velocity + 0.5 * h * accelerations.acceleration).norm()
     } else {

@@ -336,7 +336,8 @@ fn contact_errors_name_the_particle() {
     };
     let disc =
         |x: f64, y: f64, v: f64| body(Shape::Disc, 0.01, vector![x, y, 0.0], vector![v, 0.0, 0.0]);
-    let (auto, still) = (Substeps::Auto, Accelerations::default());
+    let auto = Substeps::Auto;
+    let still = Accelerations::default();
     says(
         disc(0.134, 0.15, 0.0),
         auto,

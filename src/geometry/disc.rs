@@ -91,18 +91,21 @@ impl Shape for Disc {
         };
         // Walking round the cell meets the vertices in order; an edge crosses the circle twice at
         // most.
-        let (mut vertices, mut n) = ([[0.0f64; 2]; 12], 0);
+        let mut vertices = [[0.0f64; 2]; 12];
+        let mut n = 0;
         let mut add = |v: [f64; 2]| {
             vertices[n] = v;
             n += 1;
         };
         for k in 0..4 {
-            let (from, to) = (corner(k), corner(k + 1));
+            let from = corner(k);
+            let to = corner(k + 1);
             if from[0].hypot(from[1]) < r {
                 add(from);
             }
             let d = [to[0] - from[0], to[1] - from[1]];
-            let (a, b) = (d[0] * d[0] + d[1] * d[1], from[0] * d[0] + from[1] * d[1]);
+            let a = d[0] * d[0] + d[1] * d[1];
+            let b = from[0] * d[0] + from[1] * d[1];
             let c = from[0] * from[0] + from[1] * from[1] - r * r;
             let under = b * b - a * c;
             if under > 0.0 {

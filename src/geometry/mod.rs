@@ -160,7 +160,8 @@ pub trait Shape: Debug + Send + Sync {
     /// Area of the surface (m2; m in 2D), and the moments of inertia of the surface in the body's
     /// own axes (m4; m3), as of a shell of a kilogram per area. By default those of its points.
     fn surface_moments(&self) -> (f64, Matrix3<f64>) {
-        let (mut area, mut inertia) = (0.0, Matrix3::zeros());
+        let mut area = 0.0;
+        let mut inertia = Matrix3::zeros();
         for point in self.surface(0.1 * self.radius()) {
             let r = point.place;
             area += point.area;

@@ -49,8 +49,11 @@ impl Shape for Sphere {
         // What the origin sees of a rectangle on the face, from its middle to here.
         let seen = |x: f64, y: f64| (x * y / (1.0 + x * x + y * y).sqrt()).atan();
         let point = |k: usize| {
-            let (face, i, j) = (k / (n * n), (k % n) as f64, (k / n % n) as f64);
-            let ([x0, x1], [y0, y1]) = ([slope(i), slope(i + 1.0)], [slope(j), slope(j + 1.0)]);
+            let face = k / (n * n);
+            let i = (k % n) as f64;
+            let j = (k / n % n) as f64;
+            let [x0, x1] = [slope(i), slope(i + 1.0)];
+            let [y0, y1] = [slope(j), slope(j + 1.0)];
             let angle = seen(x1, y1) - seen(x0, y1) - seen(x1, y0) + seen(x0, y0);
             let mut place = Vector3::zeros();
             place[face % 3] = if face < 3 { 1.0 } else { -1.0 };

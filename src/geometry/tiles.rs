@@ -56,7 +56,8 @@ impl Filled {
     /// Goes to the box of this number along an axis.
     #[inline]
     fn set(&mut self, planes: &[Vec<f64>; 3], axis: usize, at: usize) {
-        let (low, high) = (planes[axis][at], planes[axis][at + 1]);
+        let low = planes[axis][at];
+        let high = planes[axis][at + 1];
         self.at[axis] = at;
         (self.middle[axis], self.half[axis]) = (0.5 * (low + high), 0.5 * (high - low));
     }
@@ -108,7 +109,8 @@ impl Tiles {
     fn find_squares(&mut self) {
         for (squares, planes) in self.squares.iter_mut().zip(&self.planes) {
             let square = |low: f64, high: f64| {
-                let (near, far) = (low.max(-high).max(0.0), low.abs().max(high.abs()));
+                let near = low.max(-high).max(0.0);
+                let far = low.abs().max(high.abs());
                 [near * near, far * far]
             };
             squares.clear();
@@ -119,8 +121,10 @@ impl Tiles {
     /// A box of the lattice, of which nothing is filled.
     pub(super) fn empty(planes: &[Vec<f64>; 3], at: [usize; 3]) -> Filled {
         let end = |n: usize| Vector3::from_fn(|a, _| planes[a][at[a] + n]);
-        let (low, high) = (end(0), end(1));
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let low = end(0);
+        let high = end(1);
+        let middle = 0.5 * (low + high);
+        let half = 0.5 * (high - low);
         Filled { at, part: 0.0, middle, half, moment: Vector3::zeros(), lever: Vector3::zeros() }
     }
 
@@ -132,7 +136,8 @@ impl Tiles {
         radius: f64,
         mut reached: impl FnMut(Filled, bool),
     ) {
-        let (square, [x, y, z]) = (radius * radius, squares);
+        let square = radius * radius;
+        let [x, y, z] = squares;
         for (k, z) in z.iter().enumerate() {
             for (j, y) in y.iter().enumerate() {
                 let [near, far] = [y[0] + z[0], y[1] + z[1]];
@@ -159,7 +164,8 @@ impl Tiles {
         across.set(&planes[0], radius);
         let moments = faces.is_some();
         high.set_below(across, &line(planes[1][0]), radius, moments);
-        let (square, z) = (radius * radius, squares[2][0]);
+        let square = radius * radius;
+        let z = squares[2][0];
         let mut one = Tiles::empty(planes, [0; 3]);
         for (j, y) in squares[1].iter().enumerate() {
             let [near, far] = [y[0] + z[0], y[1] + z[1]];
@@ -208,7 +214,8 @@ impl Tiles {
             layer.clear();
             layer.resize(nx * ny, None);
         }
-        let (mut layer, mut last) = (0, None);
+        let mut layer = 0;
+        let mut last = None;
         Tiles::for_reached(planes, squares, radius, |mut one, whole| {
             // A layer that nothing reaches lies outside of all that are reached.
             if one.at[2] > layer {
@@ -264,7 +271,8 @@ impl Tiles {
             cuts.extend(planes.iter().map(|at| Plane::new(*at, radius)));
         }
         for (a, pairs) in self.pairs.iter_mut().enumerate() {
-            let (first, second) = (&self.cuts[a], &self.cuts[(a + 1) % 3]);
+            let first = &self.cuts[a];
+            let second = &self.cuts[(a + 1) % 3];
             pairs.clear();
             pairs.extend(
                 second.iter().flat_map(|q| first.iter().map(move |p| Pair::new(p, q, radius))),
@@ -320,7 +328,8 @@ mod tests {
     fn worst(shape: &dyn Shape, faces: usize) -> (f64, f64) {
         let orientation = Orientation::identity();
         let mut tiles = Tiles::for_radius(shape.radius(), &[0.13, 0.1, 0.11]);
-        let (three, mut differences) = (shape.dimension() == 3, (0.0f64, 0.0f64));
+        let three = shape.dimension() == 3;
+        let mut differences = (0.0f64, 0.0f64);
         for shift in [0.0, 0.013, 0.05, 0.0999] {
             for (a, planes) in tiles.planes.iter_mut().enumerate() {
                 let h = [0.13, 0.1, 0.11][a];
@@ -332,7 +341,8 @@ mod tests {
                 planes.truncate(if a < 2 || three { planes.len() } else { 2 });
             }
             tiles.find_squares();
-            let (mut one_by_one, mut sum) = (Vec::new(), 0.0);
+            let mut one_by_one = Vec::new();
+            let mut sum = 0.0;
             let counts = tiles.planes.each_ref().map(|planes| planes.len() - 1);
             for k in 0..counts.iter().product() {
                 let at = [k % counts[0], k / counts[0] % counts[1], k / counts[0] / counts[1]];

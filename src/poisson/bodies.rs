@@ -189,12 +189,14 @@ impl Bodies {
         turning: &[u32],
         (groups, bodies): (usize, usize),
     ) -> bool {
-        let (axes, stored) = (self.axes, frame.stored.iter().product::<usize>());
+        let axes = self.axes;
+        let stored = frame.stored.iter().product::<usize>();
         let mut unsound = !weights.len().is_multiple_of(axes)
             || weights.iter().any(|w| !w.is_finite() || *w < 0.0);
         unsound |= turning.len() > groups || turning.iter().any(|k| *k as usize >= bodies);
         unsound |= covered.iter().any(|e| {
-            let (mode, axis) = (e.mode as usize, e.axis as usize);
+            let mode = e.mode as usize;
+            let axis = e.axis as usize;
             let moves = axis == mode % axes && e.part > 0.0;
             let known = mode < weights.len() && axis < axes && (e.face as usize) < stored;
             !(known && e.part.is_finite() && (moves || mode / axes >= bodies))
@@ -230,7 +232,8 @@ impl Bodies {
             rest = others;
             for e in own {
                 let Some(at) = frame.on_lattice(lattice, e) else { continue };
-                let (axis, mode) = (e.axis as usize, (e.mode as usize % axes) as u8);
+                let axis = e.axis as usize;
+                let mode = (e.mode as usize % axes) as u8;
                 let place = (0..axes).map(|a| at[a] * lattice.stride[a]).sum::<usize>() as u32;
                 finest.faces.push(Face {
                     group: group as u32,
@@ -287,9 +290,11 @@ impl Bodies {
 
     /// The modes that have a weight and cells here, one by one, as the operator has them.
     pub fn factors(&self) -> Vec<Factor> {
-        let (mut factors, finest) = (Vec::new(), &self.layers[0]);
+        let mut factors = Vec::new();
+        let finest = &self.layers[0];
         for (group, range) in finest.begin.windows(2).enumerate() {
-            let (cells, body) = (&finest.cells[range[0]..range[1]], self.owner[group] as usize);
+            let cells = &finest.cells[range[0]..range[1]];
+            let body = self.owner[group] as usize;
             for mode in (0..3).filter(|mode| self.weights[group][*mode] != 0.0) {
                 let entries = cells.iter().map(|cell| (cell.row, cell.j[mode]));
                 let entries: Vec<_> = entries.filter(|(_, j)| *j != 0.0).collect();

@@ -32,8 +32,10 @@ impl<const D: usize> CaseSide<'_, D> {
     /// is zero there.
     fn narrow(&mut self) {
         let ([along], true) = (self.sizes[..].as_ref(), D == 2) else { return };
-        let (axis, length) = (1 - self.axis, *along);
-        let (h, n) = (self.grid.h[axis], self.grid.cells[axis]);
+        let axis = 1 - self.axis;
+        let length = *along;
+        let h = self.grid.h[axis];
+        let n = self.grid.cells[axis];
         let open = |k: usize| {
             let mut place = Vector3::zeros();
             place[axis] = (k as f64 + 0.5) * h;

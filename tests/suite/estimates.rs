@@ -172,7 +172,8 @@ fn collision_time_of_prescribed_body_is_estimated() {
 #[test]
 fn check_and_run_agree_on_bad_contact_stiffness() {
     let dir = tempfile::tempdir().unwrap();
-    let (case, out) = (fall(dir.path(), SPRINGS), dir.path().join("out"));
+    let case = fall(dir.path(), SPRINGS);
+    let out = dir.path().join("out");
     let [case, out] = [&case, &out].map(|path| path.to_str().unwrap());
     // A soft contact takes a while to give way.
     let end = "time.end=1.4";
@@ -266,7 +267,8 @@ fn check_measures_contacts_before_bodies_touch() {
     let cost = said.lines().find(|line| line.starts_with("cost")).unwrap();
     assert!(cost.contains("for the run without contacts, "), "{cost}");
 
-    let (out, lies) = (dir.path().join("run"), "particle.0.position=[0.7, 0.12499]");
+    let out = dir.path().join("run");
+    let lies = "particle.0.position=[0.7, 0.12499]";
     run(&case, &out, &["--set", lies, "--set", "time.step=0.002", "--set", "time.end=0.04"]);
     let substeps = *columns(&out.join("steps.csv"))["substeps"].last().unwrap();
     println!("{line}: a run takes {substeps} substeps");
@@ -302,7 +304,8 @@ fn check_estimates_disk_space() {
             .map(|e| if e.path().is_dir() { size(&e.path()) } else { e.metadata().unwrap().len() })
             .sum()
     }
-    let (said, left) = (words[0].parse::<f64>().unwrap(), 1e-6 * size(&out) as f64);
+    let said = words[0].parse::<f64>().unwrap();
+    let left = 1e-6 * size(&out) as f64;
     assert!((0.6..1.0).contains(&(left / said)), "{said} MB said, {left} MB left");
 }
 
@@ -358,7 +361,8 @@ fn particle_below_one_cell_is_refused_before_stiffness() {
     let dir = tempfile::tempdir().unwrap();
     for stiffness in ["1e5", "1e14", "\"auto\""] {
         let case = fall(dir.path(), &format!("contact = {{ normal_stiffness = {stiffness} }}"));
-        let (case, out) = (case.to_str().unwrap(), dir.path().join("out"));
+        let case = case.to_str().unwrap();
+        let out = dir.path().join("out");
         for words in [&["check", case][..], &["run", case, "--out", out.to_str().unwrap()]] {
             let (code, said) = says(&[words, &["--set", "domain.size=[2000.0, 1000.0]"]].concat());
             assert_eq!(code, Some(2), "{said}");

@@ -74,7 +74,8 @@ fn run_with_obstacles_stands_without_their_files_and_restarts_exactly() {
         said.contains("\nbed          outline of") && said.contains("\npaddle       "),
         "{said}"
     );
-    let (whole, parts) = (dir.path().join("whole"), dir.path().join("parts"));
+    let whole = dir.path().join("whole");
+    let parts = dir.path().join("parts");
     let summary = run(&case, &whole, &[]);
     assert!(summary["measures"]["weight"].is_number(), "{summary}");
     run(&case, &parts, &["--set", "time.end=0.012"]);
@@ -125,7 +126,8 @@ fn inflow_beside_obstacle_passes_what_is_open_and_reattaches_where_erturk_has_it
     ];
     let summary = run(&shipped("cases/backward-step/case.toml"), &dir.path().join("run"), &more);
     let value = |name: &str| summary["measures"][name].as_f64().unwrap();
-    let (place, flow) = ((value("reattachment") - 5.0) / 2.922 - 1.0, value("flow"));
+    let place = (value("reattachment") - 5.0) / 2.922 - 1.0;
+    let flow = value("flow");
     println!("reattachment {:+.2} %, flow {flow}", 100.0 * place);
     // A parabola by its values at the middles of faces: 1 + 1/(2 n^2) of 8 of them.
     assert!((flow - 1.0 - 0.5 / 64.0).abs() < 1e-3, "{flow}");
@@ -217,7 +219,8 @@ fn assert_alike(runs: [&Path; 2], table: &str, names: &[&str]) {
 fn obstacles_on_several_ranks_are_those_of_one() {
     let dir = tempfile::tempdir().unwrap();
     let case = written(dir.path());
-    let (one, three) = (dir.path().join("one"), dir.path().join("three"));
+    let one = dir.path().join("one");
+    let three = dir.path().join("three");
     run(&case, &one, &[]);
     run_on_ranks(3, &case, &three);
     let of_bodies = ["x", "y", "vx", "vy", "wz", "fluid_fx", "fluid_fy", "contact_fy"];
@@ -244,7 +247,8 @@ fn bodies_resolved_on_one_rank_alone_move_as_on_one() {
     let text = box_case([0.2, 0.1], [80, 40], 1e-4, sides, &body);
     let case = dir.path().join("case.toml");
     std::fs::write(&case, text).unwrap();
-    let (one, two) = (dir.path().join("one"), dir.path().join("two"));
+    let one = dir.path().join("one");
+    let two = dir.path().join("two");
     run(&case, &one, &[]);
     run_on_ranks(2, &case, &two);
     assert_alike([&one, &two], "particles.csv", &["x", "y", "vx", "vy", "wz", "fluid_fy"]);

@@ -35,7 +35,8 @@ impl Pair<'_> {
     /// The distance at which the two overlap by 1e-4 (m).
     fn apart(&self) -> f64 {
         let [a, b] = self.parts;
-        let (mut low, mut high) = (0.0, 2.0 * (a.radius + b.radius));
+        let mut low = 0.0;
+        let mut high = 2.0 * (a.radius + b.radius);
         for _ in 0..50 {
             let middle = 0.5 * (low + high);
             let poses = [pose(0.0, self.turns[0]), pose(middle, self.turns[1])];
@@ -50,9 +51,11 @@ impl Pair<'_> {
         if std::env::args().nth(1).is_some_and(|only| !self.name.contains(&only)) {
             return;
         }
-        let ([a, b], apart) = (self.parts, self.apart());
+        let [a, b] = self.parts;
+        let apart = self.apart();
         let mut guess = Vector3::x();
-        let (begin, mut sum) = (cpu(), 0.0);
+        let begin = cpu();
+        let mut sum = 0.0;
         let turned = [0, 1, 2, 3].map(|k| self.turns[0] + Vector3::z() * (1e-5 * f64::from(k)));
         let firsts = turned.map(|turn| pose(0.0, turn));
         let second = pose(apart, self.turns[1]);
@@ -169,7 +172,8 @@ fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
     let found = mesh.regions(part, &at(high + 0.01), reach, &mut regions);
     let faces = found.len();
     let begin = cpu();
-    let (mut rounds, mut sum) = (0, 0.0);
+    let mut rounds = 0;
+    let mut sum = 0.0;
     while rounds % 10 > 0 || cpu() - begin < 1e8 {
         rounds += 1;
         let k = rounds % 1000;
@@ -192,7 +196,8 @@ fn main() {
     };
     let pentagon = Polygon::new(&[0, 1, 2, 3, 4].map(corner), 0.0).expect("a pentagon");
     let ellipsoid = Ellipsoid::new([1.0, 0.8, 0.6]);
-    let (cube, stone) = (cube(), stone(27));
+    let cube = cube();
+    let stone = stone(27);
     let superquadric = Superquadric::new([1.0, 0.9, 0.8], [8.0; 2]).expect("a superquadric");
     let of = |shape: &'static str, part: &[Part]| (shape, part[0].clone());
     let [(_, e), (_, s), (_, p)] =
@@ -203,7 +208,8 @@ fn main() {
         of("", stone.parts()),
         of("", superquadric.parts()),
     ];
-    let (none, some) = (Vector3::zeros(), Vector3::new(0.3, -0.4, 0.7));
+    let none = Vector3::zeros();
+    let some = Vector3::new(0.3, -0.4, 0.7);
     let flat = Vector3::z();
     for (name, parts, turns) in [
         ("ellipses", [&e, &e], [0.4 * flat, 1.3 * flat]),

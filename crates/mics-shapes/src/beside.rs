@@ -113,9 +113,11 @@ impl<'a> Beside<'a> {
         let lowest = self.lowest(normal);
         let gap = (lowest - first).dot(normal);
         let mut best = Foot { gap, up: *normal, place: lowest - gap * normal };
-        let (foot, mut beyond) = (best.place, f64::INFINITY);
+        let foot = best.place;
+        let mut beyond = f64::INFINITY;
         for k in 0..count {
-            let (a, b) = (corner(k), corner((k + 1) % count));
+            let a = corner(k);
+            let b = corner((k + 1) % count);
             if normal.cross(&(b - a)).dot(&(foot - a)) < 0.0 {
                 let edge = self.edge(&a, &b, normal);
                 if edge.gap < beyond {
@@ -172,7 +174,8 @@ impl<'a> Beside<'a> {
             return ends[usize::from(slopes[0] < 0.0)];
         }
         let mut from = [0.0, length];
-        let (mut foot, mut before) = (ends[0], None);
+        let mut foot = ends[0];
+        let mut before = None;
         for tried in 0..MOST {
             // By its slope, and every third time in the middle.
             let share = if tried % 3 < 2 { slopes[0] / (slopes[0] - slopes[1]) } else { 0.5 };

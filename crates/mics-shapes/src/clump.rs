@@ -121,10 +121,13 @@ impl Clump {
             }
             return (all.area, (all.first / all.area).push(0.0), all.inertia());
         }
-        let (mut whole, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
+        let mut whole = 0.0;
+        let mut first = Vector3::zeros();
+        let mut second = Matrix3::zeros();
         let everything = [0, 1, 2].map(|a| Vector3::ith(a, 2.0 * self.reach()));
         self.each_cell(&Vector3::zeros(), &everything, |ball, body| {
-            let (c, radius) = (ball.centre, ball.radius);
+            let c = ball.centre;
+            let radius = ball.radius;
             let (volume, own) = ball::moments(body, &c, radius);
             let arm = own - volume * c;
             second += ball::second_moments(body, &c, radius, volume);
@@ -196,7 +199,8 @@ impl Clump {
                 let cos = (radius * radius + out.norm_squared() - ball.radius.powi(2))
                     / (2.0 * radius * across.norm());
                 if cos.abs() <= 1.0 {
-                    let (u, sin) = (across.normalize(), (1.0 - cos * cos).sqrt());
+                    let u = across.normalize();
+                    let sin = (1.0 - cos * cos).sqrt();
                     let v = axis.cross(&u);
                     let points = [sin, -sin].map(|sin| middle + radius * (cos * u + sin * v));
                     corners.extend(points.map(|point| (point, *seam)));
@@ -259,7 +263,9 @@ impl Clump {
             let u = direction.cross(&Vector3::ith(direction.iamin(), 1.0)).normalize();
             (u, direction.cross(&u))
         };
-        let (n, mut count, mut sum) = (16, 0.0, Vector3::zeros());
+        let n = 16;
+        let mut count = 0.0;
+        let mut sum = Vector3::zeros();
         for i in 0..n * n {
             let [x, y] = [i % n, i / n].map(|i| (i as f64 + 0.5) / n as f64 - 0.5);
             let n = (direction + width * (x * u + y * v)).normalize();
@@ -370,7 +376,8 @@ impl Geometry for Clump {
             let away = |ball: &Ball| (middle - ball.centre).norm() - ball.radius;
             let nearest = self.balls.iter().map(away).fold(f64::INFINITY, f64::min);
             let whole = 8.0 * half.iter().map(|edge| edge.norm()).product::<f64>();
-            let (mut part, mut first) = (1.0, middle);
+            let mut part = 1.0;
+            let mut first = middle;
             if nearest > -reach && nearest < reach {
                 (part, first) = (0.0, Vector3::zeros());
                 self.each_cell(&middle, &half, |ball, body| {

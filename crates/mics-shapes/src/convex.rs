@@ -65,7 +65,8 @@ impl Convex {
         for axis in 0..3 {
             let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
             let normal = half[u].cross(&half[v]).normalize();
-            let (at, out) = (normal.dot(middle), normal.dot(&half[axis]));
+            let at = normal.dot(middle);
+            let out = normal.dot(&half[axis]);
             let number = |high: u32, i: u32, j: u32| (high << axis) | (i << u) | (j << v);
             for (high, sign) in [(0, -1.0), (1, 1.0)] {
                 let [a, b, c, d] =
@@ -175,7 +176,8 @@ impl Convex {
             let round = &loops[side.first as usize..(side.first + side.count) as usize];
             let first = new_loops.len() as u32;
             // Rounding may cut a face more than once.
-            let (mut left, mut entered) = (NONE, NONE);
+            let mut left = NONE;
+            let mut entered = NONE;
             let mut from = round[round.len() - 1];
             for to in round.iter().copied() {
                 match (renumbered[from as usize], renumbered[to as usize]) {
@@ -225,7 +227,8 @@ impl Convex {
                 new_loops.truncate(first);
                 continue;
             }
-            let (first, count) = (first as u32, count as u32);
+            let first = first as u32;
+            let count = count as u32;
             new_sides.push(Side { normal: *normal, offset, first, count });
         }
     }
@@ -244,7 +247,8 @@ impl Convex {
 
     /// Volume (m3) and the integral of the place over it (m4).
     pub fn moments(&self) -> (f64, Vector3<f64>) {
-        let (mut volume, mut first) = (0.0, Vector3::zeros());
+        let mut volume = 0.0;
+        let mut first = Vector3::zeros();
         self.tetrahedra(|[o, a, b, c]| {
             let part = (a - o).dot(&(b - o).cross(&(c - o))) / 6.0;
             volume += part;

@@ -54,7 +54,8 @@ pub fn nearest<const D: usize>(half: [f64; D], point: [f64; D]) -> ([f64; D], [f
     // comes from below. Each term by itself is a bound, and so is the whole with all of a_i the
     // least (outside) or the largest one (inside).
     let mut u = 0.0f64;
-    let (mut norm, mut widest) = (0.0, 0.0f64);
+    let mut norm = 0.0;
+    let mut widest = 0.0f64;
     for a in 0..D {
         u = u.max(half[a] * p[a] - more[a]);
         norm += (p[a] / half[a]).powi(2);
@@ -63,7 +64,8 @@ pub fn nearest<const D: usize>(half: [f64; D], point: [f64; D]) -> ([f64; D], [f
     let scale = norm.sqrt() - 1.0;
     u = u.max(lowest + scale * if scale > 0.0 { lowest } else { widest });
     for _ in 0..100 {
-        let (mut value, mut slope) = (0.0, 0.0);
+        let mut value = 0.0;
+        let mut slope = 0.0;
         for a in 0..D {
             let inverse = 1.0 / (u + more[a]);
             let term = half[a] * p[a] * inverse;
@@ -119,7 +121,8 @@ impl Geometry for Ellipse {
     /// That which touches it on the way from the point to the centre.
     fn plane(&self, point: &Vector3<f64>) -> Option<Nearest> {
         let scaled = point.xy().component_div(&self.half);
-        let (norm, slope) = (scaled.norm(), scaled.component_div(&self.half));
+        let norm = scaled.norm();
+        let slope = scaled.component_div(&self.half);
         let normal = slope.try_normalize(0.0)?;
         let distance = (norm - 1.0) * norm / slope.norm();
         Some(Nearest { distance, normal: normal.push(0.0) })
@@ -165,7 +168,8 @@ mod tests {
     #[test]
     fn boxes_of_a_turned_lattice_hold_their_parts_of_the_ellipse() {
         for axes in [[2.0, 0.7], [0.2, 1.0], [1.0, 1.0]] {
-            let (sums, parts) = (lattice(&Ellipse::new(axes)), counted(&Ellipse::new(axes), 40));
+            let sums = lattice(&Ellipse::new(axes));
+            let parts = counted(&Ellipse::new(axes), 40);
             println!("{axes:?}: sums {sums:?}, parts {parts:?}");
             assert!(sums.0 < 1e-13 && sums.1 < 1e-13 && parts.0 < 1e-2 && parts.1 < 1e-2);
         }
@@ -176,7 +180,8 @@ mod tests {
         let body = Ellipse::new([2.0, 0.7]);
         for k in 0..2000 {
             let point = Vector3::new(1.5 * scatter(2 * k), scatter(2 * k + 1), 0.0);
-            let (near, plane) = (body.nearest(&point), body.plane(&point).unwrap());
+            let near = body.nearest(&point);
+            let plane = body.plane(&point).unwrap();
             let clearance = body.clearance(&point).unwrap();
             assert!(clearance.abs() <= near.distance.abs() + 1e-15);
             assert!(clearance * near.distance >= 0.0);
@@ -188,7 +193,8 @@ mod tests {
 
     #[test]
     fn nearest_points_lie_on_the_ellipse_with_its_normal() {
-        let (body, mut worst) = (Ellipse::new([2.0, 0.7]), 0.0f64);
+        let body = Ellipse::new([2.0, 0.7]);
+        let mut worst = 0.0f64;
         for k in 0..2000 {
             let point = Vector3::new(1.5 * scatter(2 * k), scatter(2 * k + 1), 0.0);
             let Nearest { distance, normal } = body.nearest(&point);

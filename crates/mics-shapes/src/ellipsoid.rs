@@ -18,7 +18,8 @@ impl Ellipsoid {
     /// With these axes along x, y and z (m), whole lengths, all positive.
     pub fn new(axes: [f64; 3]) -> Ellipsoid {
         let half = 0.5 * Vector3::from(axes);
-        let (least, largest) = (half.min(), half.max());
+        let least = half.min();
+        let largest = half.max();
         let inset = skin(least, least * least / largest);
         let core = Core::Ellipsoid { half, inset };
         let part = Part { place: Vector3::zeros(), core, rounding: inset, radius: largest };
@@ -105,7 +106,8 @@ mod tests {
     fn boxes_of_a_turned_lattice_hold_their_parts_of_the_ellipsoid() {
         for axes in [[1.0, 0.8, 0.45], [1.0, 1.0, 1.0], [0.2, 1.0, 0.2]] {
             let body = Ellipsoid::new(axes);
-            let (sums, parts) = (lattice(&body), counted(&body, 16));
+            let sums = lattice(&body);
+            let parts = counted(&body, 16);
             println!("{axes:?}: sums {sums:?}, parts {parts:?}");
             assert!(sums.0 < 1e-13 && sums.1 < 1e-13 && parts.0 < 1e-2 && parts.1 < 1e-2);
         }
@@ -131,7 +133,8 @@ mod tests {
         println!("feet off the ellipsoid: {worst:.1e}");
         assert!(worst < 1e-12, "{worst:e}");
         // Of a prolate spheroid of the eccentricity e: 2 pi b^2 (1 + a/b asin(e)/e).
-        let (a, b) = (1.0, 0.5);
+        let a = 1.0;
+        let b = 0.5;
         let e = (1.0f64 - 0.25).sqrt();
         let exact = 2.0 * PI * b * b * (1.0 + a / b * e.asin() / e);
         let area: f64 = Ellipsoid::new([2.0, 1.0, 1.0]).surface(0.1).iter().map(|p| p.area).sum();

@@ -79,7 +79,8 @@ impl Facets {
                 corners.push(*corner);
             }
         }
-        let (mut faces, mut edges) = (Vec::new(), Vec::new());
+        let mut faces = Vec::new();
+        let mut edges = Vec::new();
         for (normal, offset, round) in body.faces() {
             let mut round: Vec<u32> = round.iter().map(|k| numbers[*k as usize]).collect();
             round.dedup();
@@ -89,11 +90,13 @@ impl Facets {
             if round.len() < 3 {
                 continue;
             }
-            let (first, count) = (edges.len() as u32, round.len() as u32);
+            let first = edges.len() as u32;
+            let count = round.len() as u32;
             for (k, corner) in round.iter().enumerate() {
                 let from = corners[*corner as usize];
                 let way = corners[round[(k + 1) % round.len()] as usize] - from;
-                let (length, along) = (way.norm(), way.normalize());
+                let length = way.norm();
+                let along = way.normalize();
                 let out = along.cross(&normal);
                 edges.push(Edge { corner: *corner, from, along, length, out });
             }
@@ -192,7 +195,9 @@ impl Facets {
         if flat {
             return top;
         }
-        let (mut best, mut arm, mut at) = (arm.norm_squared(), arm, highest);
+        let mut best = arm.norm_squared();
+        let mut arm = arm;
+        let mut at = highest;
         let mut distance = best.sqrt();
         for k in list {
             let face = &self.faces[*k as usize];
@@ -238,13 +243,10 @@ impl Facets {
 
     /// As [`super::Geometry::tile`].
     pub fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
-        let corners: Vec<_> = self.corners.iter().map(|corner| lattice.place(corner)).collect();
+        let place = |corner: u32| lattice.place(&self.corners[corner as usize]);
         rows::tile(lattice.planes, found, |rows| {
             for face in &self.faces {
-                rows.add_face(
-                    lattice.planes,
-                    self.round(face).map(|corner| corners[corner as usize]),
-                );
+                rows.add_face(lattice.planes, self.round(face).map(place));
             }
         });
     }
@@ -309,7 +311,8 @@ impl Facets {
     }
 
     fn find_index(&mut self) {
-        let (mut low, mut high) = (self.corners[0], self.corners[0]);
+        let mut low = self.corners[0];
+        let mut high = self.corners[0];
         for corner in &self.corners {
             (low, high) = (low.inf(corner), high.sup(corner));
         }

@@ -68,7 +68,8 @@ impl Pieces {
         self.area += cross;
         self.squares += cross * (aa + dot + bb);
         self.length += (b - a).norm();
-        let (h, hh) = (self.h.abs(), self.h * self.h);
+        let h = self.h.abs();
+        let hh = self.h * self.h;
         let [p, q] = [aa, bb].map(|square| (square + hh).sqrt());
         self.solid.add(p * q + dot + hh + h * (p + q), cross);
     }
@@ -79,7 +80,8 @@ impl Pieces {
             self.add_piece(from, to);
             return;
         }
-        let (way, cross) = (to - from, from.perp(to));
+        let way = to - from;
+        let cross = from.perp(to);
         let length = way.norm_squared();
         let root = (length * self.square - cross * cross).max(0.0).sqrt();
         let middle = -from.dot(&way);
@@ -170,7 +172,8 @@ struct Family {
 impl Family {
     fn new(edges: &[Vector3<f64>; 3], axis: usize) -> Family {
         let [own, next, last] = [0, 1, 2].map(|k| edges[(axis + k) % 3]);
-        let (normal, u) = (next.cross(&last).normalize(), next.normalize());
+        let normal = next.cross(&last).normalize();
+        let u = next.normalize();
         let v = normal.cross(&u);
         let in_plane = [own, next, last].map(|x| Vector2::new(x.dot(&u), x.dot(&v)));
         Family { normal, height: normal.dot(&own), in_plane }
@@ -245,7 +248,8 @@ impl Stretched<'_> {
 
     /// Volume and first moment that the ball has of a box with these faces.
     fn cut(&self, low: [Face; 3], high: [Face; 3]) -> (f64, Vector3<f64>) {
-        let (mut volume, mut first) = (0.0, Vector3::zeros());
+        let mut volume = 0.0;
+        let mut first = Vector3::zeros();
         for a in 0..3 {
             volume += high[a].volume - low[a].volume;
             first += (high[a].potential - low[a].potential) * self.families[a].normal;

@@ -33,7 +33,8 @@ pub(crate) fn foot_of_ball(
 ) -> Foot {
     let place = nearest(simplex, middle);
     let way = middle - place;
-    let (distance, height) = (way.norm(), way.dot(normal));
+    let distance = way.norm();
+    let height = way.dot(normal);
     // Straight below a face its outward normal says which way out is.
     if height <= -(1.0 - 1e-9) * distance {
         return Foot { gap: -distance - radius, up: *normal, place };
@@ -70,13 +71,16 @@ pub(crate) fn nearest_of_segment(
 /// By the regions of the plane in which the corners, the edges or the face are nearest (Ericson,
 /// Real-Time Collision Detection, 5.1.5).
 fn nearest_of_triangle([a, b, c]: [&Vector3<f64>; 3], point: &Vector3<f64>) -> Vector3<f64> {
-    let (e, f) = (b - a, c - a);
+    let e = b - a;
+    let f = c - a;
     let of = |corner: &Vector3<f64>| {
         let way = point - corner;
         (e.dot(&way), f.dot(&way))
     };
     let ((ae, af), (be, bf), (ce, cf)) = (of(a), of(b), of(c));
-    let (u, v, w) = (be * cf - ce * bf, ce * af - ae * cf, ae * bf - be * af);
+    let u = be * cf - ce * bf;
+    let v = ce * af - ae * cf;
+    let w = ae * bf - be * af;
     if u > 0.0 && v > 0.0 && w > 0.0 {
         let normal = e.cross(&f);
         return point - (point - a).dot(&normal) / normal.norm_squared() * normal;
@@ -119,8 +123,11 @@ pub(crate) fn crossing(
     other: &[Vector3<f64>; 2],
     within: f64,
 ) -> Option<Crossing> {
-    let (e, f) = (one[1] - one[0], other[1] - other[0]);
-    let (ee, ff, ef) = (e.norm_squared(), f.norm_squared(), e.dot(&f));
+    let e = one[1] - one[0];
+    let f = other[1] - other[0];
+    let ee = e.norm_squared();
+    let ff = f.norm_squared();
+    let ef = e.dot(&f);
     let reach = 2.0 * within + ee.sqrt() + ff.sqrt();
     if (one[0] + one[1] - other[0] - other[1]).norm_squared() > reach * reach {
         return None;
@@ -132,7 +139,8 @@ pub(crate) fn crossing(
         return None;
     }
     let way = one[0] - other[0];
-    let (ew, fw) = (e.dot(&way), f.dot(&way));
+    let ew = e.dot(&way);
+    let fw = f.dot(&way);
     let s = ((ef * fw - ew * ff) / square).clamp(0.0, 1.0);
     let t = ((ef * s + fw) / ff).clamp(0.0, 1.0);
     let s = ((ef * t - ew) / ee).clamp(0.0, 1.0);

@@ -200,7 +200,8 @@ impl Obstacle {
             groups = others;
         }
         for group in groups.iter().filter(|group| group.len() > 1) {
-            let (dimension, room) = (all[group[0]].dimension, all[group[0]].room);
+            let dimension = all[group[0]].dimension;
+            let room = all[group[0]].room;
             let mut below = 0.0;
             for number in 0..group.len() {
                 let given: Vec<_> =

@@ -155,7 +155,8 @@ mod tests {
 
     #[test]
     fn superquadric_support_lies_on_surface_with_that_normal() {
-        let (half, [p, q]) = (Vector3::new(1.0, 0.7, 0.4), [4.0, 8.0]);
+        let half = Vector3::new(1.0, 0.7, 0.4);
+        let [p, q] = [4.0, 8.0];
         for n in directions() {
             let x = Surface::new(half, [p, q]).support(&n).component_div(&half).abs();
             let section = x.x.powf(q) + x.y.powf(q);

@@ -68,15 +68,18 @@ impl Polygon {
     fn around(core: &[Vector2<f64>], rounding: f64) -> Polygon {
         let n = core.len();
         let side = |k: usize| {
-            let (from, way) = (core[k], core[(k + 1) % n] - core[k]);
-            let (along, length) = (way.normalize(), way.norm());
+            let from = core[k];
+            let way = core[(k + 1) % n] - core[k];
+            let along = way.normalize();
+            let length = way.norm();
             let normal = Vector2::new(along.y, -along.x);
             Side { from, along, length, normal, offset: normal.dot(&from) }
         };
         let sides: Vec<Side> = (0..n).map(side).collect();
         let mut moments = Moments::default();
         for (k, side) in sides.iter().enumerate() {
-            let (end, out) = (core[(k + 1) % n], rounding * side.normal);
+            let end = core[(k + 1) % n];
+            let out = rounding * side.normal;
             moments.add_side(&(side.from + out), &(end + out));
             moments.add_arc(&end, rounding, &side.normal, &sides[(k + 1) % n].normal);
         }
@@ -193,7 +196,8 @@ fn convex_corners(points: &[[f64; 2]]) -> Result<Vec<Vector2<f64>>, Fault> {
     if area < 0.0 {
         corners.reverse();
     }
-    let (n, mut turned) = (corners.len(), 0.0);
+    let n = corners.len();
+    let mut turned = 0.0;
     let turn = |k: usize| {
         let way = |k: usize| (corners[(k + 1) % n] - corners[k % n]).normalize();
         let [before, after] = [way(k + n - 1), way(k)];
@@ -311,7 +315,8 @@ impl Geometry for Polygon {
     fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
         let Lattice { factor, turn, planes } = lattice;
         let turn = turn.matrix().fixed_view::<2, 2>(0, 0);
-        let (n, rounding) = (self.sides.len(), factor * self.rounding);
+        let n = self.sides.len();
+        let rounding = factor * self.rounding;
         rim::tile(planes, found, |rim, planes| {
             for (k, side) in self.sides.iter().enumerate() {
                 let next = &self.sides[(k + 1) % n];

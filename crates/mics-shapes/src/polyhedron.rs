@@ -244,7 +244,8 @@ fn bevelled(core: &Facets, r: f64, volume: f64) -> Convex {
     let mut around: BTreeMap<u32, Vec<Vector3<f64>>> = BTreeMap::new();
     for ((from, to), normals) in edges(core) {
         let [a, b] = normals.as_slice() else { continue };
-        let (angle, at) = (angle(a, b), core.corners()[from as usize]);
+        let angle = angle(a, b);
+        let at = core.corners()[from as usize];
         let count = (angle / STEP).ceil() as usize;
         let all = (0..=count).map(|k| {
             let part = angle * k as f64 / count.max(1) as f64;
@@ -280,7 +281,8 @@ fn bevelled(core: &Facets, r: f64, volume: f64) -> Convex {
         between(&planes, 0.0).unwrap_or_default()
     };
     // The volume grows nearly evenly with the way of the facets.
-    let (mut low, mut high) = (0.98 * r, r);
+    let mut low = 0.98 * r;
+    let mut high = r;
     let mut ends = [low, high].map(|out| body(out).moments().0 - volume);
     for _ in 0..8 {
         if ends[1].abs() < 1e-13 * volume || ends[0] == ends[1] {

@@ -61,7 +61,8 @@ impl Polytope {
 
     /// The signed distance of a point (m), and the direction away from the nearest point; own axes.
     pub(crate) fn beside(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
-        let (mut height, mut highest) = (f64::NEG_INFINITY, &self.faces[0]);
+        let mut height = f64::NEG_INFINITY;
+        let mut highest = &self.faces[0];
         let mut seen = Flags::none();
         for (k, face) in self.faces.iter().enumerate() {
             let above = self.above(face, point);
@@ -180,7 +181,8 @@ impl<'a> Seen<'a> {
     fn features(&self, mut bound: f64, mut take: impl FnMut(Feature) -> f64) {
         let mut near = [Flags::none(), Flags::none()];
         for side in 0..2 {
-            let (own, other) = (self.sides[side], self.sides[1 - side]);
+            let own = self.sides[side];
+            let other = self.sides[1 - side];
             for (k, corner) in self.polytopes[side].corners.iter().enumerate() {
                 if self.gap + self.reach[side] - corner.dot(&self.own[side]) > bound {
                     continue;

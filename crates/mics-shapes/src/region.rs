@@ -166,7 +166,8 @@ impl Mesh {
             let region = known.unwrap_or(seeds.len() - 1);
             let faces = &mut regions.all[begin + region].faces;
             of.push([region as u32, faces.len() as u32]);
-            let (corners, gap) = (self.corners_of(*k), *gap);
+            let corners = self.corners_of(*k);
+            let gap = *gap;
             faces.push(Held { corners, normal: face.normal, origin: face.origin, gap });
         }
         let found = &mut regions.all[begin..regions.count];
@@ -192,7 +193,8 @@ impl Mesh {
         let widest = part.radius + reach.all;
         let before = std::cell::OnceCell::new();
         self.near(&middle, &self.extents(part, &placed, reach.all), |k| {
-            let (face, corners) = (self.face(k), &self.corners_of(k)[..self.dimension()]);
+            let face = self.face(k);
+            let corners = &self.corners_of(k)[..self.dimension()];
             let height = (middle - corners[0]).dot(&face.normal);
             let before = || *before.get_or_init(|| self.before(&middle, widest));
             if height > widest || self.is_behind(part, &middle, face, corners, reach.all, before) {
@@ -267,7 +269,8 @@ impl Mesh {
     fn before(&self, point: &Vector3<f64>, within: f64) -> f64 {
         let mut least = f64::INFINITY;
         self.near(point, &Vector3::repeat(within), |k| {
-            let (face, corners) = (self.face(k), self.corners_of(k));
+            let face = self.face(k);
+            let corners = self.corners_of(k);
             if (point - corners[0]).dot(&face.normal) >= 0.0 {
                 let at = nearest(&corners[..self.dimension()], point);
                 least = least.min((point - at).norm());
@@ -283,7 +286,8 @@ impl Mesh {
         edges.clear();
         corners.clear();
         for ((.., face), [region, place]) in near.iter().zip(of.iter()) {
-            let (face, faces) = (self.face(*face), [*place, ELSEWHERE]);
+            let face = self.face(*face);
+            let faces = [*place, ELSEWHERE];
             // Those of a segment are its edges, as of a triangle.
             let counts = if self.dimension() == 2 { -1.0 } else { 1.0 };
             for k in 0..self.dimension() {
@@ -291,7 +295,8 @@ impl Mesh {
                 let sharp = self.is_sharp(a);
                 corners.push((*region, Bound { corners: a, counts, sharp, faces }));
                 if self.dimension() == 3 {
-                    let (ends, sharp) = ([a.min(b), a.max(b)], face.sharp[k]);
+                    let ends = [a.min(b), a.max(b)];
+                    let sharp = face.sharp[k];
                     edges.push((*region, Bound { corners: ends, counts: -1.0, sharp, faces }));
                 }
             }
@@ -340,7 +345,8 @@ impl Mesh {
         let within = most * (1.0 + 1e-9);
         let before = self.before(&middle, within);
         self.near(&middle, &Vector3::repeat(within), |k| {
-            let (face, corners) = (self.face(k), &self.corners_of(k)[..self.dimension()]);
+            let face = self.face(k);
+            let corners = &self.corners_of(k)[..self.dimension()];
             if self.is_behind(part, &middle, face, corners, f64::INFINITY, || before) {
                 return;
             }

@@ -33,7 +33,9 @@ struct Sum {
 impl Sum {
     /// Adds a straight piece.
     fn add(&mut self, from: &Vector2<f64>, to: &Vector2<f64>, low: f64) {
-        let (rise, [a, b], [p, q]) = (to.y - from.y, [from.x - low, to.x - low], [from.y, to.y]);
+        let rise = to.y - from.y;
+        let [a, b] = [from.x - low, to.x - low];
+        let [p, q] = [from.y, to.y];
         self.height += rise;
         self.moment += 0.5 * rise * (p + q);
         self.area += 0.5 * rise * (a + b);
@@ -118,7 +120,8 @@ struct Arc<'a> {
 impl Curve for Arc<'_> {
     fn crossing(&self, axis: usize, line: f64) -> Vector2<f64> {
         let Stretched { centre, widths, furthest, .. } = self.whole;
-        let (along, n) = ((line - centre[axis]) / widths[axis], furthest[axis]);
+        let along = (line - centre[axis]) / widths[axis];
+        let n = furthest[axis];
         let root = ((1.0 - along) * (1.0 + along)).max(0.0).sqrt();
         let point = along * n + self.sides[axis] * root * Vector2::new(-n.y, n.x);
         let mut place = self.whole.place(&point);
@@ -129,7 +132,8 @@ impl Curve for Arc<'_> {
     fn bulge(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> Bulge {
         let Stretched { centre, axes, back, density, .. } = self.whole;
         let [p, q] = [from, to].map(|place| back * (place - centre));
-        let (sine, chord) = (p.perp(&q), q - p);
+        let sine = p.perp(&q);
+        let chord = q - p;
         let area = 0.5 * density * (sine.atan2(p.dot(&q)) - sine);
         let first = chord.norm_squared() / 12.0 * Vector2::new(chord.y, -chord.x);
         Bulge { area, first: *density * (axes * first) + area * centre }
@@ -183,7 +187,8 @@ impl Rim {
         to: &Vector2<f64>,
     ) {
         let [x, y] = ellipse.furthest;
-        let (mut at, mut place) = (*from, ellipse.place(from));
+        let mut at = *from;
+        let mut place = ellipse.place(from);
         loop {
             let ahead = [x, y, -x, -y]
                 .into_iter()
@@ -226,7 +231,8 @@ impl Rim {
             let passed = if rises[axis] { line < to[axis] } else { line > to[axis] };
             passed.then(|| curve.crossing(axis, line))
         };
-        let (mut at, mut exits) = (*from, [exit(0, cell[0]), exit(1, cell[1])]);
+        let mut at = *from;
+        let mut exits = [exit(0, cell[0]), exit(1, cell[1])];
         loop {
             let (axis, end) = match exits {
                 [None, None] => break,
@@ -260,7 +266,8 @@ impl Rim {
             self.sums.push(Sum::default());
         }
         // What lies before the first line covers that.
-        let (sum, low) = (&mut self.sums[*number as usize], x[i.max(1) - 1]);
+        let sum = &mut self.sums[*number as usize];
+        let low = x[i.max(1) - 1];
         sum.add(from, to, low);
         if i > 0 {
             let Bulge { area, first } = curve.bulge(from, to);
@@ -273,7 +280,8 @@ impl Rim {
     fn each(&self, [x, y]: [&[f64]; 2], found: &mut dyn FnMut(&Tile)) {
         for (j, row) in self.numbers.chunks_exact(x.len()).enumerate() {
             let width = y[j + 1] - y[j];
-            let (mut covered, mut moment) = (0.0, 0.0);
+            let mut covered = 0.0;
+            let mut moment = 0.0;
             for (i, number) in row.iter().enumerate() {
                 let sum = self.sums.get(*number as usize);
                 if let Some(sum) = sum {
@@ -283,7 +291,9 @@ impl Rim {
                 if i == 0 {
                     continue;
                 }
-                let (at, low, h) = ([i - 1, j, 0], x[i - 1], x[i] - x[i - 1]);
+                let at = [i - 1, j, 0];
+                let low = x[i - 1];
+                let h = x[i] - x[i - 1];
                 if let Some(sum) = sum {
                     let part = (sum.area + h * covered) / (h * width);
                     let first = sum.first + h * Vector2::new(0.5 * h * covered, moment);

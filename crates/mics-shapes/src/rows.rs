@@ -30,9 +30,11 @@ impl Sum {
     fn add(&mut self, polygon: &[Vector3<f64>], low: f64) {
         let Some(a) = polygon.first() else { return };
         for k in 2..polygon.len() {
-            let (b, c) = (&polygon[k - 1], &polygon[k]);
+            let b = &polygon[k - 1];
+            let c = &polygon[k];
             let area = 0.5 * ((b.y - a.y) * (c.z - a.z) - (b.z - a.z) * (c.y - a.y));
-            let (sum, x) = (a + b + c, [a.x - low, b.x - low, c.x - low]);
+            let sum = a + b + c;
+            let x = [a.x - low, b.x - low, c.x - low];
             let along = x[0] + x[1] + x[2];
             self.area += area * Vector3::new(1.0, sum.y / 3.0, sum.z / 3.0);
             self.volume += area / 3.0 * along;
@@ -96,7 +98,8 @@ impl Rows {
     /// the boxes so far.
     fn cut(&mut self, planes: &[Vec<f64>; 3], axis: usize, polygon: &[Vector3<f64>], row: usize) {
         let own = &planes[axis];
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut least = f64::INFINITY;
+        let mut most = f64::NEG_INFINITY;
         for x in polygon {
             (least, most) = (least.min(x[axis]), most.max(x[axis]));
         }
@@ -133,7 +136,8 @@ impl Rows {
         row: usize,
         next: usize,
     ) {
-        let (nx, ny) = (planes[0].len(), planes[1].len() - 1);
+        let nx = planes[0].len();
+        let ny = planes[1].len() - 1;
         match axis {
             // What lies before the first plane covers that.
             0 => self.cut(planes, 1, piece, next),
@@ -166,7 +170,8 @@ impl Rows {
                 if i == 0 {
                     continue;
                 }
-                let (at, [low, high]) = ([i - 1, j, k], ends(i - 1, 0));
+                let at = [i - 1, j, k];
+                let [low, high] = ends(i - 1, 0);
                 let h = high - low;
                 if let Some(sum) = sum {
                     let part = (sum.volume + h * covered.x) / (h * face);

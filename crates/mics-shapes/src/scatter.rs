@@ -37,9 +37,12 @@ pub fn with_tiles<T>(
 /// How far the boxes of lattices are from summing to a body, and the first moments from zero: the
 /// worst, over the volume. The boxes come in their order.
 pub fn lattice(body: &dyn Geometry) -> (f64, f64) {
-    let (mut worst, three) = ((0.0f64, 0.0f64), body.dimension() == 3);
+    let mut worst = (0.0f64, 0.0f64);
+    let three = body.dimension() == 3;
     for k in 0..60 {
-        let (mut volume, mut first, mut last) = (0.0, Vector3::zeros(), None);
+        let mut volume = 0.0;
+        let mut first = Vector3::zeros();
+        let mut last = None;
         with_tiles(body, k, |lattice, tiles| {
             for Tile { at, part, moment } in tiles {
                 let width = |a: usize| lattice.planes[a][at[a] + 1] - lattice.planes[a][at[a]];
@@ -60,7 +63,8 @@ pub fn lattice(body: &dyn Geometry) -> (f64, f64) {
 /// How far the part of a box and its moment (of the radius) are from those by points within, of
 /// `n` along each axis: the worst over boxes of all lattices.
 pub fn counted(body: &dyn Geometry, n: usize) -> (f64, f64) {
-    let (mut worst, three) = ((0.0f64, 0.0f64), body.dimension() == 3);
+    let mut worst = (0.0f64, 0.0f64);
+    let three = body.dimension() == 3;
     let count = if three { n * n * n } else { n * n };
     for k in 0..60 {
         with_tiles(body, k, |lattice, tiles| {
@@ -69,7 +73,8 @@ pub fn counted(body: &dyn Geometry, n: usize) -> (f64, f64) {
                 let drawn = |a: usize| scatter(1000 + 15 * k + 3 * i + a).abs();
                 let at = [0, 1, 2].map(|a| (drawn(a) * boxes[a] as f64) as usize);
                 let (middle, half) = lattice.own_box(at);
-                let (mut part, mut first) = (0.0, Vector3::zeros());
+                let mut part = 0.0;
+                let mut first = Vector3::zeros();
                 for point in 0..count {
                     let at = [point % n, point / n % n, if three { point / n / n } else { 0 }];
                     let way = |a: usize| ((2 * at[a] + 1) as f64 / n as f64 - 1.0) * half[a];
@@ -92,7 +97,8 @@ pub fn counted(body: &dyn Geometry, n: usize) -> (f64, f64) {
 /// The largest of the distances of the feet of nearest points from the surface, of points about a
 /// body, by the distance itself; and whether the distance changes no faster than the place.
 pub fn feet(body: &dyn Geometry, reach: f64) -> f64 {
-    let (three, mut worst) = (body.dimension() == 3, 0.0f64);
+    let three = body.dimension() == 3;
+    let mut worst = 0.0f64;
     let mut last: Option<(Vector3<f64>, f64)> = None;
     for k in 0..3000 {
         let point = Vector3::from_fn(|a, _| {

@@ -53,7 +53,8 @@ impl Simplex {
         let mut all = self.corners;
         all[self.count] = corner;
         let newest = 1usize << self.count;
-        let (mut best, mut nearest) = (f64::INFINITY, corner.way());
+        let mut best = f64::INFINITY;
+        let mut nearest = corner.way();
         // The nearest point needs the newest corner; the fewest others where several sets do.
         for size in 1..=self.count + 1 {
             let sets = newest..2 * newest;
@@ -76,7 +77,8 @@ fn project(all: &[Corner; 4], set: usize) -> Option<(Vector3<f64>, Simplex)> {
         chosen.corners[chosen.count] = corner;
         chosen.count += 1;
     }
-    let (last, n) = (chosen.corners[chosen.count - 1].way(), chosen.count - 1);
+    let last = chosen.corners[chosen.count - 1].way();
+    let n = chosen.count - 1;
     let edges: [Vector3<f64>; 3] =
         std::array::from_fn(
             |k| {
@@ -106,7 +108,9 @@ fn project(all: &[Corner; 4], set: usize) -> Option<(Vector3<f64>, Simplex)> {
 /// About where two cores are nearest (m); `way` is a direction from the first to the second.
 /// `None` where they overlap.
 pub(crate) fn search(cores: &[Placed<'_>; 2], way: &Vector3<f64>) -> Option<[Vector3<f64>; 2]> {
-    let (mut simplex, mut way, mut length) = (Simplex::default(), *way, f64::INFINITY);
+    let mut simplex = Simplex::default();
+    let mut way = *way;
+    let mut length = f64::INFINITY;
     for _ in 0..MOST {
         let corner = Corner { points: [cores[0].support(&way), cores[1].support(&-way)] };
         if length.is_finite() && length - corner.way().dot(&way) <= TOLERANCE * length {

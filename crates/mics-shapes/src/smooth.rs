@@ -62,7 +62,8 @@ impl<'a> Side<'a> {
         let own = own / self.surface.scale(&own);
         let (normal, bend) = self.surface.bend(&own);
         let turn = self.placed.orientation.matrix();
-        let (place, normal) = (self.placed.at(&own), turn * normal);
+        let place = self.placed.at(&own);
+        let normal = turn * normal;
         let core = place - self.placed.inset() * normal;
         Point { place, normal, turn: turn * bend * turn.transpose(), core }
     }
@@ -128,8 +129,10 @@ fn step(one: &Point, its: &Point, width: f64) -> (Vector3<f64>, Vector3<f64>) {
     let flat = |m: &Matrix3<f64>| Matrix2::from_fn(|i, j| tangents[i].dot(&(m * tangents[j])));
     let along = |v: &Vector3<f64>| Vector2::new(tangents[0].dot(v), tangents[1].dot(v));
     let way = its.place - one.place;
-    let (r, d) = (along(&way), way.dot(&n));
-    let (turn, other) = (flat(&one.turn), flat(&its.turn));
+    let r = along(&way);
+    let d = way.dot(&n);
+    let turn = flat(&one.turn);
+    let other = flat(&its.turn);
     let least = Matrix2::from_diagonal_element(LEAST_TURN / width);
     let matrix = turn + other + d * other * turn + least;
     let given = other * r - along(&(n + its.normal));

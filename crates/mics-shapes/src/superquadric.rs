@@ -60,11 +60,13 @@ impl Surface {
     pub(crate) fn support(&self, n: &Vector3<f64>) -> Vector3<f64> {
         let w = self.half.component_mul(n);
         // In the section: the unit vector of the q norm along which w is largest, and that value.
-        let (dual_p, dual_q) = (self.p / (self.p - 1.0), self.q / (self.q - 1.0));
+        let dual_p = self.p / (self.p - 1.0);
+        let dual_q = self.q / (self.q - 1.0);
         let power = |x: f64, e: f64| x.abs().powf(e).copysign(x);
         let section = (w.x.abs().powf(dual_q) + w.y.abs().powf(dual_q)).powf(1.0 / dual_q);
         let whole = (section.powf(dual_p) + w.z.abs().powf(dual_p)).powf(1.0 / dual_p);
-        let (rho, z) = (power(section / whole, dual_p - 1.0), power(w.z / whole, dual_p - 1.0));
+        let rho = power(section / whole, dual_p - 1.0);
+        let z = power(w.z / whole, dual_p - 1.0);
         let along =
             |x: f64| if section > 0.0 { rho * power(x / section, dual_q - 1.0) } else { 0.0 };
         self.half.component_mul(&Vector3::new(along(w.x), along(w.y), z))
@@ -96,7 +98,8 @@ impl Surface {
 
     /// Outward normal at a point of the surface and the curvatures there (1/m).
     pub(crate) fn bend(&self, x: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
-        let (p, q) = (self.p, self.q);
+        let p = self.p;
+        let q = self.q;
         let at = x.component_div(&self.half);
         let part = at.abs();
         let section = power(power(part.x, q) + power(part.y, q), 1.0 / q);
@@ -209,7 +212,8 @@ impl Superquadric {
         if let Some(e) = exponents.iter().find(|e| !(2.0..=20.0).contains(*e)) {
             return Err(Fault(format!("the exponent {e} of the superquadric is not from 2 to 20")));
         }
-        let (half, [p, q]) = (0.5 * Vector3::from(axes), exponents);
+        let half = 0.5 * Vector3::from(axes);
+        let [p, q] = exponents;
         let surface = Surface::new(half, exponents);
         let (volume, inertia) = moments(&half, p, q);
         let facets = touching(&surface, volume);
@@ -338,7 +342,8 @@ mod tests {
     #[test]
     fn exponents_of_two_are_an_ellipsoid() {
         let axes = [1.0, 0.7, 0.5];
-        let (body, exact) = (Superquadric::new(axes, [2.0; 2]).unwrap(), Ellipsoid::new(axes));
+        let body = Superquadric::new(axes, [2.0; 2]).unwrap();
+        let exact = Ellipsoid::new(axes);
         assert!((body.volume / exact.volume() - 1.0).abs() < 1e-14);
         assert!((body.inertia - exact.inertia()).norm() < 1e-14);
         let mut worst = [0.0f64; 2];

@@ -32,7 +32,8 @@ fn tip(degrees: f64) -> [[f64; 2]; 3] {
 fn ridge(degrees: f64) -> Obstacle {
     let [a, b, c] = tip(degrees);
     let at = |[x, y]: [f64; 2], z: f64| vector![x, y, z];
-    let (near, far) = (-0.01, SIZE[2] + 0.01);
+    let near = -0.01;
+    let far = SIZE[2] + 0.01;
     let mut triangles =
         vec![[at(a, near), at(c, near), at(b, near)], [at(a, far), at(b, far), at(c, far)]];
     for [from, to] in [[a, b], [b, c], [c, a]] {
@@ -76,7 +77,10 @@ fn throw(body: &Body, wall: &Body, law: Material, steepest: f64, dice: &mut Dice
         let z = if flat { 0.0 } else { dice.about_zero() };
         size * vector![dice.about_zero(), dice.about_zero(), z]
     };
-    let (v, radius, aside, turn) = (0.5, body.radius(), any(1.0), any(3.0));
+    let v = 0.5;
+    let radius = body.radius();
+    let aside = any(1.0);
+    let turn = any(3.0);
     let slant = (0.3 * PI * aside.x).clamp(-steepest, steepest);
     let down = vector![slant.sin(), -slant.cos(), 0.0];
     let mut all = [body.clone(), wall.clone()];
@@ -90,7 +94,8 @@ fn throw(body: &Body, wall: &Body, law: Material, steepest: f64, dice: &mut Dice
     all[0].spin = if flat { vector![0.0, 0.0, spin.x] } else { spin };
     let mut held = contacts(&all, law, SIZE, &[0, 1, 2][..dimension], Substeps::Auto);
     let start = kinetic(&all[..1]);
-    let (mut most, mut deepest) = (0.0f64, 0.0f64);
+    let mut most = 0.0f64;
+    let mut deepest = 0.0f64;
     for _ in 0..200 {
         held.advance(&mut all, &[Accelerations::default(); 2], 0.02 * radius / v).unwrap();
         if held.impulses()[0].linear == Vector3::zeros() {
@@ -112,7 +117,8 @@ fn throw_all(
     let wall = standing(wall, [SIZE[0], SIZE[1], if flat { 0.0 } else { SIZE[2] }]);
     let steepest = 0.6 * 0.5 * (180.0 - degrees).to_radians();
     let mut dice = Dice(23);
-    let (mut worst, mut deepest) = (0.0f64, 0.0f64);
+    let mut worst = 0.0f64;
+    let mut deepest = 0.0f64;
     for k in 0..count {
         let body = stone(&mut dice);
         let stiffness = if body.shape().dimension() == 2 { 3e8 } else { 3e6 };

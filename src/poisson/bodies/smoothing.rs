@@ -82,7 +82,8 @@ impl Bodies {
         {
             let mut block = nalgebra::Matrix3::identity();
             for p in 0..*axes {
-                let (w, d) = (w[p] * scale, gram[4 * p]);
+                let w = w[p] * scale;
+                let d = gram[4 * p];
                 let taken = if d > 0.0 { w.min(HEAVIEST / d) } else { 0.0 };
                 smooth.weight[p] = taken as Single;
                 for q in 0..*axes {
@@ -122,7 +123,8 @@ impl Bodies {
         let Bodies { axes, weights, owner, inverse_h, layers, volumes, widest, .. } = self;
         let resolves = |across: f64| across >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
         let (upper, lower) = layers.split_at_mut(l + 1);
-        let (from, to) = (&upper[l], &mut lower[0]);
+        let from = &upper[l];
+        let to = &mut lower[0];
         to.clear(&coarse.lattice);
         to.smooth.clear();
         if !on {

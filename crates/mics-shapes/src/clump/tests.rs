@@ -41,7 +41,8 @@ fn two_balls_overlapping_have_exact_volume_and_inertia() {
 
 #[test]
 fn two_discs_overlapping_have_exact_area_and_inertia() {
-    let (s, r) = (0.6, 0.5f64);
+    let s = 0.6;
+    let r = 0.5f64;
     let body = dumbbell(2, s);
     let angle = (0.5 * s / r).acos();
     let lens = 2.0 * r * r * angle - 0.5 * s * (4.0 * r * r - s * s).sqrt();
@@ -115,7 +116,8 @@ fn rays_across_the_seam_meet_the_other_ball() {
 
 #[test]
 fn surface_of_two_balls_has_their_area() {
-    let (s, r) = (0.6, 0.5);
+    let s = 0.6;
+    let r = 0.5;
     for (dimension, exact) in
         [(2, 4.0 * r * (PI - (0.5f64 * s / r).acos())), (3, 4.0 * PI * r * (r + 0.5 * s))]
     {

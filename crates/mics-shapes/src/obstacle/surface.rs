@@ -223,7 +223,8 @@ fn mesh_of<'a>(
     faces: impl Iterator<Item = &'a Face>,
     size: f64,
 ) -> Result<TriMesh, Fault> {
-    let (below, above) = (-10.0 * size * Vector3::z(), 17.3 * size * Vector3::z());
+    let below = -10.0 * size * Vector3::z();
+    let above = 17.3 * size * Vector3::z();
     let triangles = |[a, b, c]: &Face| match dimension {
         2 => vec![a + below, b + below, b + above, a + below, b + above, a + above],
         _ => vec![*a, *b, *c],

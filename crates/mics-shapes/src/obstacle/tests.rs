@@ -11,7 +11,8 @@ fn room(size: [f64; 3], periodic: [bool; 3]) -> Room {
 
 /// Sums of what an obstacle fills of the cells of a grid: area or volume, and first moment.
 fn sums(obstacle: &Obstacle, n: [usize; 3]) -> (f64, Vector3<f64>) {
-    let (size, d) = (obstacle.room.size, obstacle.dimension);
+    let size = obstacle.room.size;
+    let d = obstacle.dimension;
     let h = Vector3::from_fn(|a, _| if a < d { size[a] / n[a] as f64 } else { 0.0 });
     let planes = [0, 1, 2].map(|a| match a {
         _ if a < d => (0..=n[a]).map(|k| k as f64 * h[a] - 0.5 * size[a]).collect(),
@@ -19,7 +20,8 @@ fn sums(obstacle: &Obstacle, n: [usize; 3]) -> (f64, Vector3<f64>) {
     });
     let lattice = Lattice { factor: 1.0, turn: Rotation3::identity(), planes: &planes };
     let whole = (0..d).map(|a| h[a]).product::<f64>();
-    let (mut all, mut first) = (0.0, Vector3::zeros());
+    let mut all = 0.0;
+    let mut first = Vector3::zeros();
     obstacle.tile(&lattice, &mut |tile| {
         (all, first) = (all + whole * tile.part, first + whole * tile.moment);
     });
@@ -91,7 +93,8 @@ fn wrong_outlines_are_named() {
 #[test]
 fn sphere_of_triangles_has_its_volume_and_distance() {
     let own = room([1.0, 1.0, 1.0], [false; 3]);
-    let (radius, middle) = (0.3, Vector3::new(0.52, 0.47, 0.55));
+    let radius = 0.3;
+    let middle = Vector3::new(0.52, 0.47, 0.55);
     let surface: Vec<_> = patches::triangles(8).map(|t| t.map(|x| middle + radius * x)).collect();
     let exact: f64 = surface
         .iter()
@@ -185,7 +188,8 @@ fn box_in_cell_has_exact_volume_and_moments_flush_faces_among_them() {
     ] {
         let solid = columns::Columns::new(3, cuboid(low, high));
         let (exact, exact_first) = overlap(&low, &high, &half);
-        let (whole, mut found) = (8.0 * half.product(), (0.0, Vector3::zeros()));
+        let whole = 8.0 * half.product();
+        let mut found = (0.0, Vector3::zeros());
         rows::tile(&planes, &mut |tile| found = (whole * tile.part, whole * tile.moment), |rows| {
             cuboid(low, high).into_iter().for_each(|face| rows.add_face(&planes, face))
         });

@@ -58,7 +58,8 @@ pub enum Across {
 /// How a surface (m) lies along a periodic axis.
 pub fn across(faces: &[Face], axis: usize, room: &Room) -> Across {
     let [low, high] = ends(faces.iter());
-    let (period, on) = (room.size[axis], ON_SIDE * room.size[axis]);
+    let period = room.size[axis];
+    let on = ON_SIDE * room.size[axis];
     if low[axis] > on && high[axis] < period - on {
         return Across::Apart;
     }
@@ -85,7 +86,8 @@ pub fn across(faces: &[Face], axis: usize, room: &Room) -> Across {
 pub fn add_images(faces: &mut Vec<(Face, u32)>, axis: usize, room: &Room) {
     let own = faces.clone();
     let [low, high] = ends(own.iter().map(|(face, _)| face));
-    let (size, beside) = (room.size[axis], (1.0 + BESIDE) * room.size[axis]);
+    let size = room.size[axis];
+    let beside = (1.0 + BESIDE) * room.size[axis];
     let first = ((-BESIDE * size - high[axis]) / size).ceil() as i32;
     let last = ((beside - low[axis]) / size).floor() as i32;
     for periods in (first..=last).filter(|periods| *periods != 0) {
@@ -126,7 +128,8 @@ fn is_flush(face: &Face, axis: usize, room: &Room) -> bool {
 /// Whether a face is a wall: not on a side of the domain that is not periodic, nor beyond one.
 fn is_wall(face: &Face, dimension: usize, room: &Room) -> bool {
     !(0..dimension).filter(|a| !room.periodic[*a]).any(|a| {
-        let (size, on) = (room.size[a], ON_SIDE * room.size[a]);
+        let size = room.size[a];
+        let on = ON_SIDE * room.size[a];
         is_flush(face, a, room)
             || face.iter().all(|x| x[a] <= on)
             || face.iter().all(|x| x[a] >= size - on)

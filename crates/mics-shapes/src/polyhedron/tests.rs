@@ -51,7 +51,8 @@ fn cube_and_its_rounding_have_exact_volumes() {
         assert!((round.volume / exact - 1.0).abs() < 1e-12, "{} {exact}", round.volume);
         // About x: core, slabs, quarter rods and eighths of a ball.
         let n = own.inverse() * Vector3::x();
-        let (found, exact) = (n.dot(&(round.inertia * n)), rounded_inertia([a, b, c], r));
+        let found = n.dot(&(round.inertia * n));
+        let exact = rounded_inertia([a, b, c], r);
         println!("inertia of the rounded one: {:.1e} off", found / exact - 1.0);
         assert!((found / exact - 1.0).abs() < 1e-4, "{found} {exact}");
     }
@@ -65,7 +66,8 @@ fn rounded_inertia([a, b, c]: [f64; 3], r: f64) -> f64 {
         2.0 * (a * b * r * (b * b + r * r) / 12.0 + a * b * r * (0.5 * (c + r)).powi(2))
     };
     let quarter = PI * r * r / 4.0;
-    let (centre, own) = (4.0 * r / (3.0 * PI), PI * r.powi(4) / 16.0);
+    let centre = 4.0 * r / (3.0 * PI);
+    let own = PI * r.powi(4) / 16.0;
     let square = |b: f64| own + quarter * (b * centre + 0.25 * b * b);
     let rods = 4.0 * a * (square(b) + square(c));
     // Rods along y, and along z.
@@ -82,7 +84,8 @@ fn boxes_of_a_turned_lattice_sum_to_the_polyhedron() {
         for rounding in [0.0, 0.05] {
             let body = Polyhedron::new(mesh, rounding).unwrap();
             let (volume, first) = lattice(&body);
-            let (feet, parts) = (feet(&body, 1.5), counted(&body, 16));
+            let feet = feet(&body, 1.5);
+            let parts = counted(&body, 16);
             let faces = body.face_count();
             println!(
                 "{name} of {faces}, rounding {rounding}: {volume:.1e}, {first:.1e}, feet {feet:.1e}"
@@ -130,7 +133,8 @@ fn nearest_face_by_the_grid_is_the_nearest_of_all() {
 fn sphere_of_triangles_is_nearly_a_sphere() {
     let mesh: Vec<_> = patches::triangles(10).collect();
     let body = Polyhedron::new(&mesh, 0.0).unwrap();
-    let (volume, exact) = (body.volume(), 4.0 / 3.0 * PI);
+    let volume = body.volume();
+    let exact = 4.0 / 3.0 * PI;
     println!("{} faces: volume {:.4} of the sphere", body.face_count(), volume / exact);
     let sphere = 0.4 * volume * (volume / exact).powf(2.0 / 3.0);
     assert!((body.inertia() - sphere * Matrix3::identity()).norm() < 1e-3 * sphere);
@@ -170,7 +174,8 @@ fn nearest_point_of_polyhedron_is_that_of_its_triangles() {
         let mut worst = 0.0f64;
         for k in 0..20000 {
             let point = 1.3 * Vector3::from_fn(|a, _| scatter(3 * k + a));
-            let (found, exact) = (body.nearest(&point).distance, tree.nearest(&point).distance);
+            let found = body.nearest(&point).distance;
+            let exact = tree.nearest(&point).distance;
             worst = worst.max((found - exact).abs());
         }
         println!("{} faces: {worst:.1e} m off", body.face_count());
@@ -184,7 +189,8 @@ fn planes_of_polyhedron_are_no_further_than_its_surface() {
     for body in [stone(60), stone(300)].map(|mesh| Polyhedron::new(&mesh, 0.0).unwrap()) {
         for k in 0..50_000 {
             let point = 1.3 * Vector3::from_fn(|a, _| scatter(6 * k + a));
-            let (plane, exact) = (body.plane(&point).unwrap(), body.nearest(&point).distance);
+            let plane = body.plane(&point).unwrap();
+            let exact = body.nearest(&point).distance;
             let height = plane.distance;
             assert!(height * exact >= 0.0 && height <= exact + 1e-12, "{height} {exact}");
             assert!(exact > 0.0 || height == exact);
