@@ -74,7 +74,7 @@
 //! | [`petsc`] | session, decomposition and halo of the grid, linear solve; the only `unsafe` |
 //! | [`grid`] | the grid, its fields, the conditions at the faces of the box |
 //! | [`kernels`] | advection, diffusion, faces: a file each, its stencil at the top |
-//! | [`poisson`] | the pressure equation: operator, multigrid, transforms, C-HSMAC |
+//! | [`poisson`] | the pressure equation: operator, multigrid, C-HSMAC |
 //! | [`geometry`] | shapes of bodies: solid fractions of cells and faces, surface points |
 //! | [`particles`], [`contact`] | bodies; how they touch, and the fluid in the gaps between them |
 //! | [`state`] | what lasts from step to step, and nothing else |

@@ -25,7 +25,7 @@ use crate::scheme::Limits;
 use crate::state::{Readable, State};
 use crate::{Error, Result};
 pub(crate) use build::impact;
-use build::{axes, body, method, mixture, refuse_shapes, scatter, solver};
+use build::{axes, body, method, refuse_shapes, scatter, solver};
 pub use cells::read_case;
 use nalgebra::Vector3;
 use sides::boundary;
@@ -118,7 +118,7 @@ impl<const D: usize> Scene<D> {
         bodies.extend((0..case.obstacle.len()).map(|number| build::obstacle(case, number)));
         bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
         refuse_shapes::<D>(case, &bodies)?;
-        let (domain, solver_reason) = build_domain(session, case, &bodies, &added)?;
+        let domain = build_domain(session, case, &bodies, &added)?;
         let enters = |body: &Body| case.particle.get(body.id).is_some_and(|p| p.enter.is_some());
         let waiting: Vec<u64> =
             bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
@@ -151,7 +151,11 @@ impl<const D: usize> Scene<D> {
             domain,
             state,
             method,
-            solver_reason,
+            solver_reason: if case.pressure.solver == crate::config::Solver::Auto {
+                "auto"
+            } else {
+                "as the case says"
+            },
             boundary_rate,
             coming_fall,
             impact,
@@ -317,7 +321,7 @@ impl<const D: usize> Scene<D> {
     /// As [`Scene::resume`].
     pub fn renew(&mut self, case: &Case) -> Result<()> {
         let clock = self.domain.clock.clone();
-        self.domain = build_domain(&self.domain.session, case, &self.state.bodies, &self.added)?.0;
+        self.domain = build_domain(&self.domain.session, case, &self.state.bodies, &self.added)?;
         self.method = method(&self.domain, case, &self.state.bodies, self.impact);
         self.resume()?;
         self.domain.clock = clock;
@@ -387,7 +391,7 @@ fn build_domain<const D: usize>(
     case: &Case,
     bodies: &[Body],
     added: &Additions,
-) -> Result<(Domain<D>, &'static str)> {
+) -> Result<Domain<D>> {
     let cells = axes(&case.domain.cells);
     let periodic = std::array::from_fn(|a| case.periodic(a));
     let sharp = build::walls_are_sharp(case, bodies);
@@ -409,8 +413,7 @@ fn build_domain<const D: usize>(
         tightening: case.pressure.tightening,
         max_iterations: case.pressure.max_iterations,
     };
-    let uniform = !sharp && matches!(mixture(&grid, case, bodies).density, Coefficient::Uniform(_));
-    let (choice, reason) = solver(case.pressure.solver, uniform, session.size());
+    let choice = solver(case.pressure.solver);
     let projection = Projection::new(session, &layout, &grid, &boundaries, stopping, choice)?;
     let fluid = Fluid {
         density: case.fluid.density,
@@ -419,19 +422,16 @@ fn build_domain<const D: usize>(
     };
     let session = session.clone();
     let drive = case.drive.as_ref().map(|drive| build::drive(case, drive));
-    Ok((
-        Domain {
-            session,
-            forces: Forces::new(&grid, &added.forces),
-            grid,
-            boundaries,
-            sides_work,
-            fluid,
-            drive,
-            projection,
-            numerics: case.numerics,
-            clock: Default::default(),
-        },
-        reason,
-    ))
+    Ok(Domain {
+        session,
+        forces: Forces::new(&grid, &added.forces),
+        grid,
+        boundaries,
+        sides_work,
+        fluid,
+        drive,
+        projection,
+        numerics: case.numerics,
+        clock: Default::default(),
+    })
 }

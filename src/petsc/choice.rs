@@ -11,8 +11,6 @@ pub enum Choice {
     BcgsBoomeramg,
     /// Conjugate gradients with the operator's own multigrid.
     Multigrid,
-    /// The operator's own transforms, which are exact where its coefficient is uniform.
-    Direct,
 }
 
 /// A choice's options, on the true residual, with a coarsest solve that a singular matrix allows.
@@ -22,12 +20,12 @@ pub(super) fn default_options(session: &Session, choice: Choice, layout: &Layout
     let (method, preconditioner) = match choice {
         Choice::BcgsBoomeramg => ("bcgs", "hypre"),
         Choice::Multigrid => ("cg", "boxmg"),
-        Choice::Direct => ("preonly", "transform"),
     };
-    // A method without iterations is for the preconditioner that it was chosen with.
-    let iterates = choice != Choice::Direct || session.has_option("-pc_type")?;
-    session
-        .default_option("-ksp_type", if iterates && method == "preonly" { "cg" } else { method })?;
+    session.default_option("-ksp_type", method)?;
+    if choice == Choice::Multigrid && !session.user_option("-ksp_type")? {
+        // The sums of an iteration go over the ranks at once.
+        session.default_option("-ksp_cg_single_reduction", "true")?;
+    }
     session.default_option("-ksp_max_it", "500")?;
     // The side on which, or the norm in which, each method tests the true residual.
     match session.option("-ksp_type")?.as_deref() {
@@ -121,12 +119,6 @@ pub(super) fn refuse_what_ends_the_program(session: &Session) -> Result<()> {
         ))),
         None => Ok(()),
     }
-}
-
-/// Whether any option of the user's is PETSc's to follow or to show: all but those of our own
-/// multigrid.
-pub(super) fn steers_solver(session: &Session) -> Result<bool> {
-    session.any_user_option(|name| !name.starts_with("pc_boxmg_"))
 }
 
 /// Whether an option has a matrix written with its numbers.

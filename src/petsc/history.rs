@@ -175,27 +175,6 @@ impl History {
         Ok(())
     }
 
-    /// Where a solve that is not PETSc's leaves its residuals, if they are asked for.
-    pub(super) fn own(&mut self) -> Option<&mut Vec<f64>> {
-        self.buffer.clear();
-        self.recording.then_some(&mut self.buffer)
-    }
-
-    /// Takes the residuals of a solve that is not PETSc's, of so many iterations to these
-    /// tolerances.
-    pub(super) fn end_own(&mut self, (rtol, atol): (f64, f64), iterations: u32) {
-        let Some(&reference) = self.buffer.first().filter(|_| self.recording) else { return };
-        let begin = self.residuals.len();
-        self.residuals.extend((0..).zip(self.buffer.iter().copied()));
-        self.attempts.push(Attempt {
-            norm: TRUE_RESIDUAL,
-            reference,
-            tolerance: Some(atol.max(rtol * reference)),
-            iterations,
-            residuals: begin..self.residuals.len(),
-        });
-    }
-
     /// Takes the residuals that PETSc has kept of a solve, and the last of it, after so many
     /// iterations; the `first` one too, where it is known and the method does not keep it.
     fn take(&mut self, kept: usize, (iterations, last): (u32, f64), first: Option<f64>) {

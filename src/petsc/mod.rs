@@ -2,7 +2,7 @@
 //!
 //! Owns: the session (initialise, options, captured errors, reductions), the decomposition of the
 //! grid over ranks (a DMDA) with its halo exchange, and the linear solve (an operator of our own
-//! with its preconditioners, assembly straight into storage for the others, Krylov, null space).
+//! with its preconditioner, assembly straight into storage for the others, Krylov, null space).
 //! Every PETSc code becomes a [`crate::Error`]; nothing is printed and no signal handler stays
 //! behind.
 #![allow(unsafe_code)]
@@ -27,7 +27,7 @@ pub use choice::Choice;
 pub use halo::Halo;
 pub use history::{Attempt, History};
 pub use layout::Layout;
-pub use operator::{Ended, Goal, Operator, OwnPreconditioner};
+pub use operator::Operator;
 pub use ranks::{Exchange, Number, Traffic};
 pub use session::Session;
 pub use solver::{LinearSolver, Solved};

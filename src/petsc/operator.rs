@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   KSP --- A: a matrix of type "shell" ------------------- multiply ----+
-//!       \-- PC "boxmg", "transform" (type "shell") -- precondition ------+--- the Operator
+//!       \-- PC "boxmg" (type "shell") --------------- precondition ------+--- the Operator
 //!           or any other, with P: an assembled matrix, which carries the Operator with it
 //! ```
 //! Where a matrix P is assembled, products are taken with it: `A x = P x + (A - P) x`. The
@@ -11,8 +11,8 @@
 //! body by body, and what keeps P definite in a closed box. Without these the matrix is the
 //! operator itself.
 //!
-//! `-pc_type boxmg` and `-pc_type transform` are registered with PETSc and work wherever PETSc
-//! takes a preconditioner for the whole system.
+//! `-pc_type boxmg` is registered with PETSc and works wherever PETSc takes a preconditioner for the
+//! whole system.
 
 use super::Session;
 use super::failure::{check, hear};
@@ -40,88 +40,13 @@ pub trait Operator {
     fn setups(&self) -> u32;
 
     /// `z` from `r`, about `A z = r`, symmetric and positive. Collective.
-    fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()>;
+    fn precondition(&mut self, r: &[f64], z: &mut [f64]) -> Result<()>;
 
-    /// Solves `A x = b` from x = 0 by conjugate gradients with its own multigrid, until the true
-    /// residual is as the goal says; takes the mean out of b, and out of x, where constants solve
-    /// the homogeneous system. Hands over the residuals, that of zero first, and returns how it
-    /// ended and the iterations. Collective.
-    fn solve(
-        &mut self,
-        b: &mut [f64],
-        x: &mut [f64],
-        goal: Goal,
-        residuals: Option<&mut Vec<f64>>,
-    ) -> Result<(Ended, u32)>;
-
-    /// Whether it can be preconditioned so, before anything is solved.
+    /// Whether its preconditioner's options are sound, before anything is solved.
     ///
     /// # Errors
-    /// When an option of the preconditioner is wrong, or it does not work on so many ranks.
-    fn accept(&self, own: OwnPreconditioner) -> Result<()>;
-}
-
-/// How far an operator's own solve goes: until the residual's 2-norm is below `rtol` times the
-/// right side's, or below `atol`, in so many iterations at most.
-#[derive(Clone, Copy, Debug)]
-pub struct Goal {
-    /// Relative to the right side.
-    pub rtol: f64,
-    /// Absolute.
-    pub atol: f64,
-    /// Iterations at most.
-    pub iterations: u32,
-}
-
-/// How an operator's own solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
-    /// At its goal.
-    Converged,
-    /// After as many iterations as it may take.
-    TooMany,
-    /// The residual grew.
-    Diverged,
-    /// The preconditioner is not positive.
-    IndefinitePreconditioner,
-    /// A number is infinite or none.
-    NotFinite,
-    /// The operator is not positive.
-    IndefiniteOperator,
-}
-
-impl Ended {
-    /// PETSc's `KSPConvergedReason` for it.
-    pub(super) fn reason(self) -> ffi::KSPConvergedReason {
-        match self {
-            Ended::Converged => 2,
-            Ended::TooMany => -3,
-            Ended::Diverged => -4,
-            Ended::IndefinitePreconditioner => -8,
-            Ended::NotFinite => -9,
-            Ended::IndefiniteOperator => -10,
-        }
-    }
-}
-
-/// The preconditioners that operators bring along.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OwnPreconditioner {
-    /// `-pc_type boxmg`: geometric multigrid.
-    Multigrid,
-    /// `-pc_type transform`: the inverse for a uniform coefficient.
-    Transform,
-}
-
-impl OwnPreconditioner {
-    /// By its name among PETSc's preconditioners.
-    pub(super) fn named(name: &str) -> Option<OwnPreconditioner> {
-        match name {
-            "boxmg" => Some(OwnPreconditioner::Multigrid),
-            "transform" => Some(OwnPreconditioner::Transform),
-            _ => None,
-        }
-    }
+    /// When one is not.
+    fn accept(&self) -> Result<()>;
 }
 
 /// The operator, as PETSc knows it and as we apply it.
@@ -146,6 +71,9 @@ const FAILED: ffi::PetscErrorCode = 76;
 
 /// PETSC_ERR_SUP, for what is not there.
 const UNSUPPORTED: ffi::PetscErrorCode = 56;
+
+/// The name of the operator's own preconditioner among PETSc's: `-pc_type boxmg`.
+pub(super) const BOXMG: &CStr = c"boxmg";
 
 /// Under which name matrices carry the operator.
 const CARRIED: &CStr = c"mics_operator";
@@ -183,8 +111,7 @@ impl Shell {
                 ffi::MatSetOption(shell.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE),
             )?;
             shell.go_with(session, shell.matrix)?;
-            check("PCRegister", ffi::PCRegister(c"boxmg".as_ptr(), Some(create_multigrid)))?;
-            check("PCRegister", ffi::PCRegister(c"transform".as_ptr(), Some(create_transform)))?;
+            check("PCRegister", ffi::PCRegister(BOXMG.as_ptr(), Some(create)))?;
         }
         Ok(shell)
     }
@@ -240,19 +167,6 @@ impl Shell {
         Ok(operator.try_borrow().map_err(|_| in_use())?.setups())
     }
 
-    /// The operator's own solve of `A x = b`, as [`Operator::solve`]. Collective.
-    pub fn solve(
-        &self,
-        b: &mut [f64],
-        x: &mut [f64],
-        goal: Goal,
-        residuals: Option<&mut Vec<f64>>,
-    ) -> Result<(Ended, u32)> {
-        // SAFETY: as above.
-        let operator = unsafe { &self.state.as_ref().operator };
-        operator.try_borrow_mut().map_err(|_| in_use())?.solve(b, x, goal, residuals)
-    }
-
     /// What went wrong in a call, once.
     pub fn take_failure(&mut self) -> Option<Error> {
         // SAFETY: alive until `self` is dropped; PETSc reaches it too, but only during a solve,
@@ -300,25 +214,14 @@ unsafe extern "C" fn multiply(shell: ffi::Mat, x: ffi::Vec, y: ffi::Vec) -> ffi:
     }
 }
 
-unsafe extern "C" fn create_multigrid(pc: ffi::PC) -> ffi::PetscErrorCode {
-    // SAFETY: PETSc hands over the preconditioner that is to become one.
-    unsafe { create(pc, c"boxmg", apply_multigrid) }
-}
-
-unsafe extern "C" fn create_transform(pc: ffi::PC) -> ffi::PetscErrorCode {
-    // SAFETY: as above.
-    unsafe { create(pc, c"transform", apply_transform) }
-}
-
-type Apply = unsafe extern "C" fn(ffi::PC, ffi::Vec, ffi::Vec) -> ffi::PetscErrorCode;
-
-/// Makes a preconditioner one of ours: a shell by that name.
-unsafe fn create(pc: ffi::PC, name: &CStr, apply: Apply) -> ffi::PetscErrorCode {
-    // SAFETY: the preconditioner is alive; the name is copied; `apply` has the signature asked for.
+/// Makes a preconditioner the operator's own: a shell by the name of `boxmg`.
+unsafe extern "C" fn create(pc: ffi::PC) -> ffi::PetscErrorCode {
+    // SAFETY: PETSc hands over the preconditioner that is to become one; the name is copied, and
+    // `apply` has the signature asked for.
     unsafe {
         let calls = [
             ffi::PCSetType(pc, c"shell".as_ptr()),
-            ffi::PCShellSetName(pc, name.as_ptr()),
+            ffi::PCShellSetName(pc, BOXMG.as_ptr()),
             ffi::PCShellSetApply(pc, Some(apply)),
             ffi::PCShellSetApplyTranspose(pc, Some(apply)),
         ];
@@ -326,22 +229,7 @@ unsafe fn create(pc: ffi::PC, name: &CStr, apply: Apply) -> ffi::PetscErrorCode 
     }
 }
 
-unsafe extern "C" fn apply_multigrid(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec) -> ffi::PetscErrorCode {
-    // SAFETY: PETSc's own hand-over.
-    unsafe { apply(pc, r, z, OwnPreconditioner::Multigrid) }
-}
-
-unsafe extern "C" fn apply_transform(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec) -> ffi::PetscErrorCode {
-    // SAFETY: PETSc's own hand-over.
-    unsafe { apply(pc, r, z, OwnPreconditioner::Transform) }
-}
-
-unsafe fn apply(
-    pc: ffi::PC,
-    r: ffi::Vec,
-    z: ffi::Vec,
-    own: OwnPreconditioner,
-) -> ffi::PetscErrorCode {
+unsafe extern "C" fn apply(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec) -> ffi::PetscErrorCode {
     let (mut a, mut p) = (ptr::null_mut(), ptr::null_mut());
     let (mut carried, mut context): (ffi::PetscObject, *mut c_void) =
         (ptr::null_mut(), ptr::null_mut());
@@ -359,8 +247,7 @@ unsafe fn apply(
         }
         if carried.is_null() {
             hear(
-                "boxmg and transform precondition the whole system only, not a part of it (as in \
-                bjacobi or asm)",
+                "boxmg preconditions the whole system only, not a part of it (as in bjacobi or asm)",
             );
             return UNSUPPORTED;
         }
@@ -368,7 +255,7 @@ unsafe fn apply(
         if code != 0 {
             return code;
         }
-        (*context.cast::<State>()).call(r, z, |operator, r, z| operator.precondition(own, r, z))
+        (*context.cast::<State>()).call(r, z, |operator, r, z| operator.precondition(r, z))
     }
 }
 

@@ -76,13 +76,6 @@ impl Session {
         Ok(self.has_option(name)? && !built_in().contains(name.trim_start_matches('-')))
     }
 
-    /// Whether the user set any option whose name, without the dash, is `such`.
-    pub fn any_user_option(&self, such: impl Fn(&str) -> bool) -> Result<bool> {
-        let ours = built_in();
-        let theirs = |name: &str| name != "no_signal_handler" && !ours.contains(name);
-        Ok(all_pairs()?.iter().any(|(name, _)| theirs(name) && such(name)))
-    }
-
     /// All options in force, as on a command line.
     pub fn options(&self) -> Result<String> {
         let pairs = all_pairs()?;

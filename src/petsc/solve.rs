@@ -8,9 +8,7 @@
 
 use super::choice::bad_option;
 use super::failure::{check, reason_name};
-use super::operator::{Ended, Goal};
 use super::solver::{LinearSolver, Solved};
-use super::vector::write;
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::ptr;
@@ -88,7 +86,7 @@ impl LinearSolver {
 
     /// How often the preconditioner was set up so far.
     fn setups(&self) -> Result<u32> {
-        if self.own.is_some() { self.operator.setups() } else { Ok(self.reuse.setups) }
+        if self.own { self.operator.setups() } else { Ok(self.reuse.setups) }
     }
 
     /// Lets the matrix be the operator as long as that is all.
@@ -101,16 +99,13 @@ impl LinearSolver {
     }
 
     fn solve_or_retry(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
-        if !self.by_operator && !self.null_space.is_null() {
+        if !self.null_space.is_null() {
             // SAFETY: handles made in `new`.
             check("MatNullSpaceRemove", unsafe {
                 ffi::MatNullSpaceRemove(self.null_space, self.right_side)
             })?;
         }
         let atol = self.absolute_tolerance(atol);
-        if self.by_operator {
-            return self.solve_by_operator(rtol, atol);
-        }
         let (done, spent) = self.attempt_with_old_preconditioner(rtol, atol)?;
         if done {
             return Ok(Solved { iterations: spent, ..Solved::default() });
@@ -121,7 +116,7 @@ impl LinearSolver {
             self.judge(iterations, rtol);
             return Ok(Solved { iterations: spent + iterations, ..Solved::default() });
         }
-        if self.own.is_some() {
+        if self.own {
             return Err(match first {
                 OVERFLOWN => overflown(self.chosen_method()?),
                 _ => failed_once(first, iterations, rtol),
@@ -140,27 +135,6 @@ impl LinearSolver {
             (OVERFLOWN, OVERFLOWN) => overflown(self.chosen_method()?),
             _ => failed_twice((first, iterations), (second, more), rtol),
         })
-    }
-
-    /// Solves by the operator's own conjugate gradients.
-    fn solve_by_operator(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
-        let goal = Goal { rtol, atol, iterations: self.max_iterations.max(0) as u32 };
-        let LinearSolver { operator, history, right_side, solution, owned, .. } = self;
-        let mut solved = Ok((Ended::Converged, 0));
-        let residuals = history.own();
-        // SAFETY: two vectors of ours with `owned` entries here, at which nobody else looks.
-        unsafe {
-            write(*right_side, *owned, |b| {
-                write(*solution, *owned, |x| solved = operator.solve(b, x, goal, residuals))
-            })??;
-        }
-        let (ended, iterations) = solved?;
-        history.end_own((rtol, atol), iterations);
-        match ended {
-            Ended::Converged => Ok(Solved { iterations, ..Solved::default() }),
-            Ended::NotFinite => Err(overflown(None)),
-            _ => Err(failed_once(ended.reason(), iterations, rtol)),
-        }
     }
 
     /// Solves with the preconditioner of an older matrix, where that is worth a try. Returns

@@ -5,12 +5,12 @@
 use super::Session;
 use super::choice::{
     Choice, bad_option, default_options, number, refuse_empty_views, refuse_what_ends_the_program,
-    relative_tolerance, steers_solver, writes_numbers,
+    relative_tolerance, writes_numbers,
 };
 use super::failure::check;
 use super::history::{History, System};
 use super::layout::Layout;
-use super::operator::{Operator, OwnPreconditioner, Shell};
+use super::operator::{BOXMG, Operator, Shell};
 use super::reuse::Reuse;
 use super::structured::Structured;
 use super::vector::{Pattern, read, write};
@@ -23,8 +23,8 @@ use std::rc::Rc;
 /// A linear system over the owned cells of every rank, and its solver.
 pub struct LinearSolver {
     pub(super) operator: Shell,
-    /// The operator's own preconditioner, where that is in use.
-    pub(super) own: Option<OwnPreconditioner>,
+    /// Whether the operator's own preconditioner is in use.
+    pub(super) own: bool,
     /// What the preconditioner is built from, where it is none of the operator's own; else null.
     pub(super) matrix: ffi::Mat,
     /// Where its entries go, in hypre's structured form.
@@ -48,8 +48,6 @@ pub struct LinearSolver {
     pub(super) reuse: Reuse,
     /// Whether the Krylov method's operator is another than the matrix.
     pub(super) differs: bool,
-    /// Whether the operator's own conjugate gradients solve in place of PETSc's.
-    pub(super) by_operator: bool,
     /// Whether there is no iteration, but one application of the preconditioner.
     pub(super) preconditioner_alone: bool,
     /// Whether the user has the operator written as a matrix.
@@ -90,11 +88,12 @@ impl LinearSolver {
         let owned = layout.local.iter().product();
         default_options(session, choice, layout)?;
         refuse_what_ends_the_program(session)?;
-        let own = OwnPreconditioner::named(&session.option("-pc_type")?.unwrap_or_default());
-        if let Some(own) = own {
-            operator.borrow().accept(own)?;
+        let preconditioner = session.option("-pc_type")?.unwrap_or_default();
+        let own = preconditioner.as_bytes() == BOXMG.to_bytes();
+        if own {
+            operator.borrow().accept()?;
         }
-        refuse_empty_views(session, own.is_some(), singular)?;
+        refuse_empty_views(session, own, singular)?;
         let mut solver = LinearSolver {
             operator: Shell::new(session, operator, owned)?,
             own,
@@ -112,11 +111,10 @@ impl LinearSolver {
             max_iterations: 0,
             divergence_tolerance: 0.0,
             reuse: match own {
-                Some(_) => Reuse::default(),
-                None => Reuse::by_options(session, choice == Choice::BcgsBoomeramg && !chosen)?,
+                true => Reuse::default(),
+                false => Reuse::by_options(session, choice == Choice::BcgsBoomeramg && !chosen)?,
             },
             differs: true,
-            by_operator: choice == Choice::Multigrid && !steers_solver(session)?,
             preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
             writes_operator: writes_numbers(session, "-ksp_view_mat")?,
             history: History::default(),
@@ -129,7 +127,7 @@ impl LinearSolver {
                 ffi::MatNullSpaceCreate(session.comm(), ffi::PETSC_TRUE, 0, ptr::null(), space)
             })?;
         }
-        if own.is_none() {
+        if !own {
             solver.make_matrix(layout, pattern())?;
         }
         solver.make_krylov(layout)?;
@@ -305,7 +303,7 @@ impl LinearSolver {
     /// preconditioner that serves several matrices is set up.
     pub fn describe(&self) -> Result<String> {
         let name = |n: &str| Ok::<_, Error>(self.session.option(n)?.unwrap_or_else(|| "?".into()));
-        let reuses = self.own.is_none() && self.reuse.reuses();
+        let reuses = !self.own && self.reuse.reuses();
         let lag = if reuses { format!(", {}", self.reuse.words()) } else { String::new() };
         Ok(format!("{} + {}{lag}", name("-ksp_type")?, name("-pc_type")?))
     }

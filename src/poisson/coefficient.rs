@@ -2,17 +2,18 @@
 //! as large where the pressure is given at the domain boundary, half a spacing away.
 
 use super::Poisson;
-use super::transform::Ends;
 use crate::grid::{Grid, largest, simd};
 use crate::kernels::faces::FaceCoefficient;
 use crate::{Error, Result};
 
-/// What was last set.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Coefficient {
-    Nothing,
-    Uniform(f64),
-    Field,
+/// What is at the two ends of an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Ends {
+    Periodic,
+    /// Whether the pressure is given (zero on the face) at the low and the high end.
+    Boundaries {
+        given: [bool; 2],
+    },
 }
 
 impl Poisson {
@@ -24,16 +25,11 @@ impl Poisson {
     pub fn set<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
         let unsound = match beta {
             FaceCoefficient::Uniform(value) => {
-                self.coefficient = Coefficient::Uniform(*value);
                 self.largest = value * self.inverse_h2.iter().copied().fold(0.0, f64::max);
-                if !self.g[0].is_empty() {
-                    self.fill_uniform(*value);
-                }
+                self.fill_uniform(*value);
                 !(value.is_finite() && *value > 0.0)
             }
             FaceCoefficient::Field(beta) => {
-                self.coefficient = Coefficient::Field;
-                self.make_faces();
                 let (mut sound, mut most) = (true, 0.0f64);
                 for axis in 0..D {
                     let (rows, h2) = (self.face_rows(axis), self.inverse_h2[axis]);
@@ -63,9 +59,6 @@ impl Poisson {
         if let Some(made) = &mut self.multigrid {
             made.valid = false;
         }
-        if let Some(made) = &mut self.transform {
-            made.valid = false;
-        }
         Ok(())
     }
 
@@ -78,17 +71,8 @@ impl Poisson {
         (0..nz).flat_map(move |k| (0..ny).map(move |j| lattice.row(j, k)))
     }
 
-    /// Makes room for the faces, once something needs them.
-    fn make_faces(&mut self) {
-        if self.g[0].is_empty() {
-            self.g = self.lattice.faces();
-            self.x = self.lattice.field();
-        }
-    }
-
     /// Sets all faces to `value/h^2`.
     fn fill_uniform(&mut self, value: f64) {
-        self.make_faces();
         for axis in 0..self.lattice.axes {
             let (n, each) =
                 (self.lattice.n[0] + usize::from(axis == 0), value * self.inverse_h2[axis]);
@@ -115,29 +99,6 @@ impl Poisson {
                 }
             }
         }
-    }
-
-    /// The faces, filled though the coefficient is uniform.
-    pub(super) fn need_faces(&mut self) {
-        if let (Coefficient::Uniform(value), true) = (self.coefficient, self.g[0].is_empty()) {
-            self.fill_uniform(value);
-        }
-    }
-
-    /// The mean of the coefficient on the faces along an axis that have a cell on either side.
-    pub(super) fn mean_of_faces(&self, axis: usize) -> f64 {
-        let lattice = self.lattice;
-        let inside = usize::from(matches!(self.ends[axis], Ends::Boundaries { .. }));
-        let skip = |a: usize| if a == axis { inside } else { 0 };
-        let (mut sum, mut count) = (0.0, 0usize);
-        for (k, j) in
-            (skip(2)..lattice.n[2]).flat_map(|k| (skip(1)..lattice.n[1]).map(move |j| (k, j)))
-        {
-            let row = &self.g[axis][lattice.row(j, k) + skip(0)..][..lattice.n[0] - skip(0)];
-            sum += row.iter().sum::<f64>();
-            count += row.len();
-        }
-        if count > 0 { sum / count as f64 } else { 0.0 }
     }
 }
 

@@ -9,7 +9,7 @@
 
 use super::Poisson;
 use super::system::{System, norm};
-use crate::petsc::{Operator, OwnPreconditioner};
+use crate::petsc::Operator;
 use crate::{Error, Result};
 
 /// How far a correction is solved for, and within how many iterations.
@@ -73,7 +73,7 @@ fn correction(operator: &mut Poisson, r: &[f64], settle: &dyn Fn(&mut [f64])) ->
         if norm(&r) <= enough {
             break;
         }
-        operator.precondition(OwnPreconditioner::Multigrid, &r, &mut z)?;
+        operator.precondition(&r, &mut z)?;
         settle(&mut z);
         let next = dot(&r, &z);
         // Polak and Ribiere's, since single precision makes the preconditioner another each time.

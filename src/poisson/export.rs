@@ -1,9 +1,9 @@
 //! Keeps the system of one solve of a step, where somebody wants it ([`super::system`]).
 
 use super::Poisson;
+use super::coefficient::Ends;
 use super::exact;
 use super::system::{Factor, OwnSolve, System};
-use super::transform::Ends;
 use crate::petsc::{LinearSolver, Solved};
 use crate::{Error, Result};
 use mics_run::sparse::Sparse;
@@ -65,7 +65,6 @@ impl Export {
 impl Poisson {
     /// The part of the fluid, where one rank has all cells. A face that closes a period is one.
     fn fluid_matrix(&mut self) -> Sparse {
-        self.need_faces();
         let (lattice, g) = (self.lattice, &self.g);
         let [nx, ny, nz] = lattice.n;
         let steps = [1, nx, nx * ny];

@@ -71,13 +71,6 @@ impl Lattice {
         (place as u32 / self.stride[axis] as u32 % (self.n[axis] as u32 + 2)) as usize
     }
 
-    /// The place of a cell of this number, x fastest.
-    #[inline(always)]
-    pub fn place(&self, row: usize) -> usize {
-        let [nx, ny, _] = self.n;
-        self.row(row / nx % ny, row / (nx * ny)) + row % nx
-    }
-
     /// A field of zeros.
     pub fn field<T: Real>(&self) -> Vec<T> {
         vec![T::default(); self.len]
@@ -108,10 +101,10 @@ impl Lattice {
     /// Sets `out[i] = finish(i, x_c, -(A x)_c)` for the cells c of the row that begins at `s`, in
     /// the precision of g.
     #[inline(always)]
-    pub fn for_row<T: Real, S: Copy + Into<T>>(
+    pub fn for_row<T: Real>(
         &self,
         g: &[Vec<T>; 3],
-        x: &[S],
+        x: &[T],
         s: usize,
         out: &mut [T],
         finish: impl Fn(usize, T, T) -> T,
@@ -125,27 +118,23 @@ impl Lattice {
         let (gs, gn) = (&g[1][s..][..n], &g[1][s + sy..][..n]);
         if self.axes == 2 {
             for i in 0..n {
-                let c = middle[i].into();
-                let flux = gw[i] * (west[i].into() - c)
-                    + ge[i] * (east[i].into() - c)
-                    + gs[i] * (south[i].into() - c)
-                    + gn[i] * (north[i].into() - c);
+                let c = middle[i];
+                let flux = gw[i] * (west[i] - c)
+                    + ge[i] * (east[i] - c)
+                    + gs[i] * (south[i] - c)
+                    + gn[i] * (north[i] - c);
                 out[i] = finish(i, c, flux);
             }
         } else {
             let (below, above) = (&x[s - sz..][..n], &x[s + sz..][..n]);
             let (gb, ga) = (&g[2][s..][..n], &g[2][s + sz..][..n]);
             for i in 0..n {
-                let c = middle[i].into();
-                let flux = gw[i] * (west[i].into() - c)
-                    + ge[i] * (east[i].into() - c)
-                    + gs[i] * (south[i].into() - c)
-                    + gn[i] * (north[i].into() - c);
-                out[i] = finish(
-                    i,
-                    c,
-                    flux + (gb[i] * (below[i].into() - c) + ga[i] * (above[i].into() - c)),
-                );
+                let c = middle[i];
+                let flux = gw[i] * (west[i] - c)
+                    + ge[i] * (east[i] - c)
+                    + gs[i] * (south[i] - c)
+                    + gn[i] * (north[i] - c);
+                out[i] = finish(i, c, flux + (gb[i] * (below[i] - c) + ga[i] * (above[i] - c)));
             }
         }
     }

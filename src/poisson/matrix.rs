@@ -50,7 +50,6 @@ impl Rows {
 
     /// The entries' values, in the order of [`Rows::new`].
     pub fn fill(&mut self, operator: &mut Poisson) -> &[f64] {
-        operator.need_faces();
         let definite = if operator.singular { 1.0 + SHIFT } else { 1.0 };
         operator.shift.resize(if operator.singular { self.inner.len() } else { 0 }, 0.0);
         let (lattice, g, shift) = (operator.lattice, &operator.g, &mut operator.shift);

@@ -1,5 +1,5 @@
-//! The pressure's operator, applied without a matrix, and what solves with it: a geometric
-//! multigrid (`multigrid`) and, where the coefficient is uniform, transforms (`transform`).
+//! The pressure's operator, applied without a matrix, and the preconditioner that it brings along:
+//! a geometric multigrid (`multigrid`). PETSc's Krylov methods solve with both ([`crate::petsc`]).
 //!
 //! ```text
 //!   (A x)_c = sum over the faces f of c:  (beta_f/h^2) (x_c - x_beyond f)  +
@@ -13,7 +13,6 @@
 mod bodies;
 mod bottom;
 mod coefficient;
-mod conjugate;
 mod exact;
 mod export;
 mod held;
@@ -26,7 +25,6 @@ pub mod pressure;
 mod solves;
 mod sweeps;
 mod system;
-mod transform;
 mod whole;
 
 pub use bodies::ModeFace;
@@ -34,17 +32,15 @@ pub use matrix::Rows;
 pub use solves::SolveRow;
 pub use system::{Factor, Origin, OwnSolve, System};
 
+use crate::Result;
 use crate::grid::{Boundaries, BoundaryKind, Grid, largest, simd};
-use crate::petsc::{Ended, Goal, Halo, Layout, Operator, OwnPreconditioner, Session};
+use crate::petsc::{Halo, Layout, Operator, Session};
 use crate::sharing::Sharing;
-use crate::{Error, Result};
 use bodies::{Bodies, Frame};
-use coefficient::Coefficient;
-use conjugate::Conjugate;
+use coefficient::Ends;
 use held::HeldMean;
 use lattice::{Lattice, exchange};
 use multigrid::{Multigrid, Tuning};
-use transform::{Ends, Transform};
 use whole::Whole;
 
 /// The operator on this rank's cells, x fastest and without ghosts in what goes in and out.
@@ -59,8 +55,7 @@ pub struct Poisson {
     at_end: [[bool; 2]; 3],
     whole: Whole,
     singular: bool,
-    coefficient: Coefficient,
-    /// `beta/h^2` on faces; empty until something needs it.
+    /// `beta/h^2` on faces.
     g: [Vec<f64>; 3],
     largest: f64,
     x: Vec<f64>,
@@ -73,14 +68,12 @@ pub struct Poisson {
     /// there is no such matrix, or nothing beyond.
     shift: Vec<f64>,
     setups: u32,
-    multigrid: Option<Cached<Multigrid>>,
-    transform: Option<Cached<Transform>>,
-    conjugate: Conjugate,
+    multigrid: Option<Cached>,
 }
 
-/// A preconditioner and whether it has the present coefficient.
-struct Cached<T> {
-    made: T,
+/// The multigrid and whether it has the present coefficient.
+struct Cached {
+    made: Multigrid,
     valid: bool,
 }
 
@@ -112,10 +105,9 @@ impl Poisson {
             ends,
             at_end,
             singular: !boundaries.fixes_pressure(),
-            coefficient: Coefficient::Nothing,
-            g: Default::default(),
+            g: lattice.faces(),
             largest: 0.0,
-            x: Vec::new(),
+            x: lattice.field(),
             bodies: Bodies::new(
                 session,
                 whole.axes,
@@ -131,8 +123,6 @@ impl Poisson {
             shift: Vec::new(),
             setups: 0,
             multigrid: None,
-            transform: None,
-            conjugate: Conjugate::default(),
             whole,
             lattice,
         })
@@ -184,7 +174,6 @@ impl Poisson {
 
     /// The multigrid, and the bodies that take part in it.
     fn multigrid(&mut self) -> Result<(&mut Multigrid, &mut Bodies)> {
-        self.need_faces();
         let made = match self.multigrid.take() {
             Some(made) => made,
             None => {
@@ -215,9 +204,50 @@ impl Poisson {
         }
         Ok((made, &mut self.bodies))
     }
+}
 
-    /// One cycle of the multigrid for `A z = r`.
-    fn cycle(&mut self, r: &[f64], z: &mut [f64]) -> Result<()> {
+impl Operator for Poisson {
+    fn multiply(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
+        let (lattice, nx) = (self.lattice, self.lattice.n[0]);
+        for (s, x) in lattice.rows().zip(x.chunks_exact(nx)) {
+            self.x[s..][..nx].copy_from_slice(x);
+        }
+        exchange(&mut self.halo, lattice.axes, &mut self.x)?;
+        let (g, field) = (&self.g, &self.x);
+        simd(
+            #[inline(always)]
+            || {
+                for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {
+                    lattice.for_row(
+                        g,
+                        field,
+                        s,
+                        y,
+                        #[inline(always)]
+                        |_, _, flux| -flux,
+                    );
+                }
+            },
+        );
+        self.add_low_rank(x, y)
+    }
+
+    fn differs_from_matrix(&self) -> bool {
+        self.singular || self.bodies.any() || self.held.any()
+    }
+
+    fn add_difference(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
+        for ((y, x), shift) in y.iter_mut().zip(x).zip(&self.shift) {
+            *y -= shift * x;
+        }
+        self.add_low_rank(x, y)
+    }
+
+    fn setups(&self) -> u32 {
+        self.setups
+    }
+
+    fn precondition(&mut self, r: &[f64], z: &mut [f64]) -> Result<()> {
         let most = || {
             simd(
                 #[inline(always)]
@@ -268,102 +298,8 @@ impl Poisson {
         Ok(())
     }
 
-    fn transform(&mut self) -> Result<&mut Transform> {
-        // As part of another preconditioner it comes here unasked.
-        self.accept(OwnPreconditioner::Transform)?;
-        let mean = match self.coefficient {
-            Coefficient::Uniform(value) => self.inverse_h2.map(|i| i * value),
-            _ => std::array::from_fn(|axis| {
-                if axis < self.lattice.axes { self.mean_of_faces(axis) } else { 0.0 }
-            }),
-        };
-        let (n, axes) = (self.lattice.n, self.lattice.axes);
-        let made = match self.transform.take() {
-            Some(made) => made,
-            None => Cached { made: Transform::new(n, axes, self.ends), valid: false },
-        };
-        let Cached { made, valid } = self.transform.insert(made);
-        if !*valid {
-            made.set(mean);
-            self.setups += 1;
-            *valid = true;
-        }
-        Ok(made)
-    }
-}
-
-impl Operator for Poisson {
-    fn multiply(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        self.need_faces();
-        let (lattice, nx) = (self.lattice, self.lattice.n[0]);
-        for (s, x) in lattice.rows().zip(x.chunks_exact(nx)) {
-            self.x[s..][..nx].copy_from_slice(x);
-        }
-        exchange(&mut self.halo, lattice.axes, &mut self.x)?;
-        let (g, field) = (&self.g, &self.x);
-        simd(
-            #[inline(always)]
-            || {
-                for (s, y) in lattice.rows().zip(y.chunks_exact_mut(nx)) {
-                    lattice.for_row(
-                        g,
-                        field,
-                        s,
-                        y,
-                        #[inline(always)]
-                        |_, _, flux| -flux,
-                    );
-                }
-            },
-        );
-        self.add_low_rank(x, y)
-    }
-
-    fn differs_from_matrix(&self) -> bool {
-        self.singular || self.bodies.any() || self.held.any()
-    }
-
-    fn add_difference(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        for ((y, x), shift) in y.iter_mut().zip(x).zip(&self.shift) {
-            *y -= shift * x;
-        }
-        self.add_low_rank(x, y)
-    }
-
-    fn setups(&self) -> u32 {
-        self.setups
-    }
-
-    fn precondition(&mut self, own: OwnPreconditioner, r: &[f64], z: &mut [f64]) -> Result<()> {
-        match own {
-            OwnPreconditioner::Multigrid => self.cycle(r, z),
-            OwnPreconditioner::Transform => {
-                self.transform()?.solve(r, z);
-                Ok(())
-            }
-        }
-    }
-
-    fn solve(
-        &mut self,
-        b: &mut [f64],
-        x: &mut [f64],
-        goal: Goal,
-        residuals: Option<&mut Vec<f64>>,
-    ) -> Result<(Ended, u32)> {
-        self.conjugate_gradients(b, x, goal, residuals)
-    }
-
-    fn accept(&self, own: OwnPreconditioner) -> Result<()> {
-        match own {
-            OwnPreconditioner::Multigrid => Tuning::read(&self.session).map(drop),
-            OwnPreconditioner::Transform if self.session.size() > 1 => Err(Error::Usage(
-                "the direct solver (-pc_type transform) works on one rank; on several use the \
-                multigrid (pressure.solver = \"multigrid\", or -pc_type boxmg)"
-                    .into(),
-            )),
-            OwnPreconditioner::Transform => Ok(()),
-        }
+    fn accept(&self) -> Result<()> {
+        Tuning::read(&self.session).map(drop)
     }
 }
 

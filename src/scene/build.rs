@@ -18,28 +18,11 @@ use crate::{Error, Result};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
-/// What solves the pressure equation, and why; `uniform` says that every face has the same
-/// coefficient.
-pub(super) fn solver(
-    chosen: config::Solver,
-    uniform: bool,
-    ranks: usize,
-) -> (Choice, &'static str) {
+/// What solves the pressure equation.
+pub(super) fn solver(chosen: config::Solver) -> Choice {
     match chosen {
-        config::Solver::BcgsBoomeramg => (Choice::BcgsBoomeramg, "as the case says"),
-        config::Solver::Multigrid => (Choice::Multigrid, "as the case says"),
-        config::Solver::Direct if !uniform => {
-            (Choice::Multigrid, "the direct solver takes one coefficient only")
-        }
-        config::Solver::Direct if ranks > 1 => {
-            (Choice::Multigrid, "the direct solver works on one rank only")
-        }
-        config::Solver::Direct => (Choice::Direct, "as the case says"),
-        config::Solver::Auto if !uniform => {
-            (Choice::Multigrid, "auto: the coefficient varies from face to face")
-        }
-        config::Solver::Auto if ranks > 1 => (Choice::Multigrid, "auto: several ranks"),
-        config::Solver::Auto => (Choice::Direct, "auto: one density everywhere, solved directly"),
+        config::Solver::BcgsBoomeramg => Choice::BcgsBoomeramg,
+        config::Solver::Auto | config::Solver::Multigrid => Choice::Multigrid,
     }
 }
 

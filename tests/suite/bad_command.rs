@@ -208,7 +208,6 @@ fn bad_petsc_options_are_refused_for_scene_at_rest() {
         row(1, &["-pc_boxmg_smooth", "0"], &["-pc_boxmg_smooth", "\"0\"", "from 1 to 20"]),
         row(1, &["-pc_boxmg_cycle", "f"], &["-pc_boxmg_cycle", "\"f\"", "neither v nor w"]),
         row(1, &["-ksp_type", "preonly", "-pc_type", "lu"], &["preonly", "use cg, bcgs or gmres"]),
-        row(2, &["-pc_type", "transform"], &["works on one rank", "boxmg"]),
     ]);
 }
 

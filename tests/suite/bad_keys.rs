@@ -110,7 +110,7 @@ pub const BAD_KEYS: &[Row] = &[
     ),
     (
         "divergence_limit = 1.0e-6", "solver = \"direct\"", "solver", "pressure.solver",
-        &["sharp surfaces close some", "choose \"auto\""],
+        &["unknown value `direct`", "`multigrid`"],
     ),
     (
         "divergence_limit = 1.0e-6", "solver = \"magic\"", "solver", "pressure.solver",

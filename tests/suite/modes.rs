@@ -242,7 +242,6 @@ fn rigid_body_modes_with_every_solver_on_two_ranks() {
         (1, "-ksp_type cg -pc_type boxmg"),
         (2, "-ksp_type cg -pc_type boxmg"),
         (4, "-ksp_type cg -pc_type boxmg"),
-        (1, "-ksp_type cg -pc_type transform"),
         (1, "-ksp_type bicg -pc_type boxmg"),
         (2, "-ksp_type cg -pc_type gamg"),
         (2, "-ksp_type cg -pc_type bjacobi"),

@@ -1,11 +1,11 @@
-//! The pressure's own preconditioners: symmetric and positive wherever they are used, and
+//! The pressure's own preconditioner: symmetric and positive wherever it is used, and
 //! iterations that grow neither with the grid nor with the ratio of densities.
 
 use crate::modes::in_processes;
 use crate::support::petsc;
 use mics::grid::{Boundaries, BoundaryKind, GHOSTS, Grid};
 use mics::kernels::faces::FaceCoefficient;
-use mics::petsc::{Choice, Layout, LinearSolver, Operator, OwnPreconditioner, Session};
+use mics::petsc::{Choice, Layout, LinearSolver, Operator, Session};
 use mics::poisson::{ModeFace, Poisson};
 use mics::sharing::Sharing;
 use std::cell::RefCell;
@@ -180,7 +180,7 @@ fn noise(c: usize, which: usize) -> f64 {
 }
 
 /// `|a . B b - b . B a|` over what rounding in single precision may leave, and that `a . B a > 0`.
-fn asymmetry<const D: usize>(session: &Session, case: &Case<D>, own: OwnPreconditioner) -> f64 {
+fn asymmetry<const D: usize>(session: &Session, case: &Case<D>) -> f64 {
     let system = case.system(session);
     let mut operator = system.operator.borrow_mut();
     let singular = !case.ends.iter().any(|e| matches!(e, Ends::Outflow));
@@ -191,7 +191,7 @@ fn asymmetry<const D: usize>(session: &Session, case: &Case<D>, own: OwnPrecondi
             r.iter_mut().for_each(|r| *r -= mean);
         }
         let mut z = vec![0.0; r.len()];
-        operator.precondition(own, &r, &mut z).unwrap();
+        operator.precondition(&r, &mut z).unwrap();
         (r, z)
     };
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -211,17 +211,15 @@ fn multigrid_symmetric_positive_for_all_boundaries_and_grids() {
                 case.mixture = ratio;
                 case.balls = vec![[14.3, 9.2], [23.0, 17.4]];
                 case.radius = 4.0;
-                let found = asymmetry(&petsc.session, &case, OwnPreconditioner::Multigrid);
+                let found = asymmetry(&petsc.session, &case);
                 assert!(found < 1e-4, "{cells:?} {x:?} {y:?} {ratio:?}: {found:e}");
             }
         }
         let mut case = Case::<3>::empty([14, 9, 11], [x, y, Ends::Walls]);
         case.h = [1.0, 2.3, 0.9];
         (case.balls, case.radius, case.free) = (vec![[6.1, 8.8, 4.9]], 3.0, Some(0.5));
-        for own in [OwnPreconditioner::Multigrid, OwnPreconditioner::Transform] {
-            let found = asymmetry(&petsc.session, &case, own);
-            assert!(found < 1e-4, "3D {x:?} {y:?}: {found:e}");
-        }
+        let found = asymmetry(&petsc.session, &case);
+        assert!(found < 1e-4, "3D {x:?} {y:?}: {found:e}");
     }
 }
 
@@ -231,7 +229,7 @@ fn multigrid_symmetric_positive_with_free_bodies() {
     for ratio in [1e-3, 0.1, 1.0, 10.0] {
         let mut case = Case::empty([64, 48], [Ends::Walls, Ends::Periodic]).filled(8.0);
         case.free = Some(ratio);
-        let found = asymmetry(&petsc.session, &case, OwnPreconditioner::Multigrid);
+        let found = asymmetry(&petsc.session, &case);
         assert!(found < 1e-4, "{ratio}: {found:e}");
     }
 }
@@ -361,27 +359,5 @@ fn multigrid_iterations_on_odd_and_flat_grids() {
         let iterations = case.iterations(&petsc.session);
         println!("{cells:?}, h = {h:?}: {iterations}");
         assert!(iterations <= 12, "{cells:?}, h = {h:?}: {iterations}");
-    }
-}
-
-#[test]
-fn direct_solver_residual_is_rounding() {
-    let petsc = petsc();
-    for ends in [
-        [Ends::Walls, Ends::Outflow],
-        [Ends::Periodic, Ends::Walls],
-        [Ends::Outflow, Ends::Periodic],
-    ] {
-        let case = Case::<2> { h: [1.0, 0.7], ..Case::empty([45, 32], ends) };
-        let system = case.system(&petsc.session);
-        let mut operator = system.operator.borrow_mut();
-        let mut r: Vec<f64> = system.cells.iter().map(|c| noise(*c, 3)).collect();
-        let mean = r.iter().sum::<f64>() / r.len() as f64;
-        r.iter_mut().for_each(|r| *r -= mean);
-        let (mut z, mut back) = (vec![0.0; r.len()], vec![0.0; r.len()]);
-        operator.precondition(OwnPreconditioner::Transform, &r, &mut z).unwrap();
-        operator.multiply(&z, &mut back).unwrap();
-        let left = r.iter().zip(&back).map(|(r, b)| (r - b).abs()).fold(0.0, f64::max);
-        assert!(left < 1e-11, "{ends:?}: {left:e}");
     }
 }

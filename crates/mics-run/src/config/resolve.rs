@@ -6,8 +6,8 @@ mod bodies;
 use super::direction;
 use super::fault::{Check, Fault, positive};
 use super::raw::{
-    self, Advection, Buoyancy, FixedRows, GradientRule, History, Scheme, Side, Solver, Stiffness,
-    WallRule, Which,
+    self, Advection, Buoyancy, FixedRows, GradientRule, History, Scheme, Side, Stiffness, WallRule,
+    Which,
 };
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output,
@@ -106,7 +106,6 @@ fn smallest(particles: &[raw::Particle]) -> f64 {
 
 /// Checks what takes values to tell.
 fn check(case: &Case) -> Check {
-    direct(case)?;
     buoyancy(case)?;
     if let History::Every(often) = &case.pressure.history {
         cadence("pressure.history", often)?;
@@ -304,24 +303,6 @@ fn checkpoints(key: &str, raw: &raw::Checkpoints) -> Result<Checkpoints, Fault> 
     }
 }
 
-/// Transforms solve for one coefficient everywhere only.
-fn direct(case: &Case) -> Check {
-    let sharp = case.coupling.wall == WallRule::Sharp && case.has_bodies();
-    let varies = sharp || case.particle.iter().any(|p| p.density != case.fluid.density);
-    ensure!(
-        !varies || case.pressure.solver != Solver::Direct,
-        "pressure.solver",
-        "\"direct\" solves for one coefficient on all faces, and {}; choose \"auto\" or \
-        \"multigrid\"",
-        if sharp {
-            "bodies with sharp surfaces close some"
-        } else {
-            "a particle has another density than the fluid"
-        }
-    );
-    Ok(())
-}
-
 /// What gravity does at faces, the pressure has to balance there.
 fn buoyancy(case: &Case) -> Check {
     let falls =
@@ -367,11 +348,6 @@ mod tests {
         let why = refusal(&mixing(", gradient = \"cells\"")).unwrap();
         assert!(why.starts_with("coupling.gradient: reduced gravity"), "{why}");
         assert_eq!(refusal(&mixing(", gradient = \"cells\", buoyancy = \"particle\"")), None);
-        let direct = "pressure.solver = \"direct\"\n";
-        assert_eq!(refusal(&(mixing("") + direct)), None, "of the fluid's density");
-        let why =
-            refusal(&(mixing("").replace("diameter", "density = 2.0, diameter") + direct)).unwrap();
-        assert!(why.starts_with("pressure.solver") && why.contains("another density"), "{why}");
     }
 
     #[test]

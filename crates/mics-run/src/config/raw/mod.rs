@@ -350,15 +350,13 @@ impl Default for Pressure {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Solver {
-    /// The fastest: direct where every face has the same coefficient, else multigrid.
+    /// The fastest: `multigrid`.
     #[default]
     Auto,
     /// BiCGStab with hypre's BoomerAMG.
     BcgsBoomeramg,
-    /// Conjugate gradients with a geometric multigrid.
+    /// PETSc's conjugate gradients with a geometric multigrid.
     Multigrid,
-    /// Fast transforms: where every face has the same coefficient, on one rank.
-    Direct,
 }
 
 /// Which steps have the residuals of their pressure solves written.
