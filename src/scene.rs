@@ -391,8 +391,7 @@ fn build_domain<const D: usize>(
     let cells = axes(&case.domain.cells);
     let periodic = std::array::from_fn(|a| case.periodic(a));
     let sharp = build::walls_are_sharp(case, bodies);
-    let ghosts =
-        if sharp { sharp::ghost_width(&case.spacings(), &case.numerics).1 } else { GHOSTS };
+    let ghosts = if sharp { sharp::ghost_width(&case.spacings()).1 } else { GHOSTS };
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
     let kinds = std::array::from_fn(|a| {
@@ -429,7 +428,6 @@ fn build_domain<const D: usize>(
             fluid,
             drive,
             projection,
-            numerics: case.numerics,
             clock: Default::default(),
         },
         reason,
