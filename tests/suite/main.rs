@@ -22,6 +22,7 @@ mod ellipse_shape;
 mod energy;
 mod estimates;
 mod export;
+mod extending;
 mod extending_force;
 mod failures;
 mod feeding;
