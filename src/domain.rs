@@ -6,7 +6,6 @@ use crate::drive::{self, Drive, Driving};
 use crate::force::Forces;
 use crate::grid::{Boundaries, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
-use crate::numerics::Numerics;
 use crate::particles::Body;
 use crate::petsc::Session;
 use crate::poisson::pressure::{Coupled, Projected, Projection};
@@ -42,8 +41,6 @@ pub struct Domain<const D: usize> {
     pub forces: Option<Forces<D>>,
     /// The pressure equation and its iteration.
     pub projection: Projection,
-    /// The numbers of the method.
-    pub numerics: Numerics,
     /// Where the time goes.
     pub clock: Clock,
 }

@@ -37,13 +37,18 @@ pub struct Forces<const D: usize> {
 
 impl<const D: usize> Forces<D> {
     /// These on a grid; `None` where there are none.
-    pub fn new(grid: &Grid<D>, all: &[Arc<dyn Force>]) -> Option<Forces<D>> {
+    pub fn new(grid: &Grid<D>, all: Vec<Arc<dyn Force>>) -> Option<Forces<D>> {
         (!all.is_empty()).then(|| Forces {
-            all: all.to_vec(),
+            all,
             field: grid.vector_field(),
             largest: 0.0,
             on_fluid: Vector3::zeros(),
         })
+    }
+
+    /// The forces themselves.
+    pub fn into_all(self) -> Vec<Arc<dyn Force>> {
+        self.all
     }
 
     /// Takes their sum at a time (s), on fluid of the velocity `u` (m/s).

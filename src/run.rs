@@ -5,7 +5,6 @@ mod collapse;
 mod ended;
 mod energy_bound;
 mod export;
-mod extensions;
 mod passage;
 mod record;
 mod restart;
@@ -30,7 +29,6 @@ use crate::{Error, Result};
 use ended::Ended;
 use export::Awaited;
 pub use export::{Exported, Moment, Wanted, system_of};
-pub use extensions::Extensions;
 pub use restart::Account;
 use restart::{Checkpoints, Restart};
 use std::path::{Path, PathBuf};
@@ -70,27 +68,12 @@ pub struct Request {
 pub fn run(request: &Request) -> Result<()> {
     let loaded = read_case(&request.case, &request.set)?;
     match loaded.case.dimension() {
-        2 => go::<2>(request, &loaded, Extensions::default()),
-        _ => go::<3>(request, &loaded, Extensions::default()),
+        2 => go::<2>(request, &loaded),
+        _ => go::<3>(request, &loaded),
     }
 }
 
-/// Runs a case of D dimensions with what a library's user adds to it. Collective.
-///
-/// # Errors
-/// As [`run`]; when the case has another dimension, or what is added does not fit it.
-pub fn run_with<const D: usize>(request: &Request, added: Extensions<D>) -> Result<()> {
-    let loaded = read_case(&request.case, &request.set)?;
-    let dimension = loaded.case.dimension();
-    if dimension != D {
-        let why = format!("the case has {dimension} dimensions, and what is added {D}");
-        return Err(Error::Usage(why));
-    }
-    go(request, &loaded, added)
-}
-
-fn go<const D: usize>(request: &Request, loaded: &Loaded, added: Extensions<D>) -> Result<()> {
-    added.refuse_names(loaded.case.measure.iter().map(|m| &m.name[..]))?;
+fn go<const D: usize>(request: &Request, loaded: &Loaded) -> Result<()> {
     let session = Session::start_by(&loaded.case.petsc.options, &request.petsc)?;
     let out = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&loaded.case.name));
     let interrupt = Interrupt::listen()?;
@@ -102,7 +85,7 @@ fn go<const D: usize>(request: &Request, loaded: &Loaded, added: Extensions<D>) 
         None
     };
     check_memory(loaded, &session)?;
-    Run::new(&session, loaded, request, added, Some(out), interrupt, restart)?.go()
+    Run::<D>::new(&session, loaded, request, Some(out), interrupt, restart)?.go()
 }
 
 struct Run<'a, const D: usize> {
@@ -117,7 +100,6 @@ struct Run<'a, const D: usize> {
     series: Vec<Series>,
     probes: Probes,
     statistics: Option<Statistics<D>>,
-    added: Extensions<D>,
     progress: Progress,
     started: Instant,
     account: Account,
@@ -161,7 +143,6 @@ impl<'a, const D: usize> Run<'a, D> {
         session: &'a Session,
         loaded: &'a Loaded,
         request: &Request,
-        mut added: Extensions<D>,
         out: Option<PathBuf>,
         interrupt: Interrupt,
         mut restart: Option<Restart>,
@@ -169,7 +150,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let case = &loaded.case;
         let from = case.initial.from.as_ref().filter(|_| restart.is_none());
         let ended = from.map(|from| Ended::<D>::read(session, Path::new(from))).transpose()?;
-        let mut scene = Scene::<D>::extended(session, case, std::mem::take(&mut added.scene))?;
+        let mut scene = Scene::<D>::new(session, case)?;
         let (mut account, mut series) = (Account::begin(), measure::series(case));
         let inherited =
             ended.map_or(Ok(Vec::new()), |ended| ended.initialise(session, case, &mut scene))?;
@@ -201,7 +182,6 @@ impl<'a, const D: usize> Run<'a, D> {
             series,
             probes: Probes::new(&case.probe),
             statistics,
-            added,
             account,
             before: Default::default(),
             interrupt,
@@ -219,8 +199,6 @@ impl<'a, const D: usize> Run<'a, D> {
     }
 
     fn go(mut self) -> Result<()> {
-        let kept = self.restart.as_ref().map(|_| &self.account.added[..]);
-        self.added.begin(&self.out, &mut self.scene, kept)?;
         self.write_run(None)?;
         self.say_what_begins()?;
         let rest = expected_rest(self.case, &self.scene.limits()?);

@@ -15,7 +15,7 @@ use crate::contact::Impact;
 use crate::domain::{Domain, Fluid};
 use crate::error::NotFinite;
 use crate::force::{Force, Forces};
-use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid, SideVelocity};
+use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid};
 use crate::kernels::{diffusion, faces};
 use crate::method::{Kind, Method, energy, sharp};
 use crate::particles::Body;
@@ -49,25 +49,10 @@ pub struct Scene<const D: usize> {
     coming_fall: f64,
     /// The impacts that the case lets expect.
     impact: Impact,
-    /// What a library's user has added, its bodies taken out.
-    added: Additions,
     /// Scratch: how the bodies moved at the start of a step.
     motions: Vec<energy::Motion>,
     /// Scratch: cells inside the bodies and their velocity (m/s).
     inside: Vec<(usize, [f64; D])>,
-}
-
-/// What a library's user adds to the scene of a case.
-#[derive(Clone, Default)]
-pub struct Additions {
-    /// Bodies in place of the case's particles: of any shape. The case's obstacles come after
-    /// them.
-    pub bodies: Option<Vec<Body>>,
-    /// Forces per volume on the fluid.
-    pub forces: Vec<Arc<dyn Force>>,
-    /// Velocities of the sides of these names ("west", ...), which the case has as walls or
-    /// inflows; bodies collide with what the case has there.
-    pub sides: Vec<(String, Arc<dyn SideVelocity>)>,
 }
 
 /// What a step took and left.
@@ -95,30 +80,35 @@ impl<const D: usize> Scene<D> {
     /// When PETSc refuses an option, there are too many ranks for the grid, or the first projection
     /// fails.
     pub fn new(session: &Session, case: &Case) -> Result<Scene<D>> {
-        Scene::extended(session, case, Additions::default())
+        Scene::extended(session, case, None, Vec::new())
     }
 
-    /// The same with these bodies in place of the case's particles: of any shape, wherever a
-    /// library's user has it from. Collective.
+    /// The same with these bodies, of any shape, in place of the case's particles. Collective.
     ///
     /// # Errors
     /// As [`Scene::extended`].
     pub fn with_bodies(session: &Session, case: &Case, bodies: Vec<Body>) -> Result<Scene<D>> {
-        Scene::extended(session, case, Additions { bodies: Some(bodies), ..Additions::default() })
+        Scene::extended(session, case, Some(bodies), Vec::new())
     }
 
-    /// The same with what a library's user adds. Collective.
+    /// The same with these bodies, or the case's particles where they are `None`, and with these
+    /// forces per volume on the fluid. Collective.
     ///
     /// # Errors
     /// As [`Scene::new`]; and when the case asks for what a body's shape does not have, or its
-    /// method does not have what is added.
-    pub fn extended(session: &Session, case: &Case, mut added: Additions) -> Result<Scene<D>> {
+    /// method has no such forces.
+    pub fn extended(
+        session: &Session,
+        case: &Case,
+        bodies: Option<Vec<Body>>,
+        forces: Vec<Arc<dyn Force>>,
+    ) -> Result<Scene<D>> {
         let own = || case.particle.iter().map(body).collect();
-        let mut bodies: Vec<Body> = added.bodies.take().unwrap_or_else(own);
+        let mut bodies: Vec<Body> = bodies.unwrap_or_else(own);
         bodies.extend((0..case.obstacle.len()).map(|number| build::obstacle(case, number)));
         bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
         refuse_shapes::<D>(case, &bodies)?;
-        let domain = build_domain(session, case, &bodies, &added)?;
+        let domain = build_domain(session, case, &bodies, forces)?;
         let enters = |body: &Body| case.particle.get(body.id).is_some_and(|p| p.enter.is_some());
         let waiting: Vec<u64> =
             bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
@@ -159,19 +149,23 @@ impl<const D: usize> Scene<D> {
             boundary_rate,
             coming_fall,
             impact,
-            added,
             motions,
             inside: Vec::new(),
         };
-        scene.set_initial_velocity(&axes(&case.initial.velocity), case.initial.perturbation);
-        if let Some(speed) = case.initial.taylor_green {
-            scene.add_vortex(speed);
-        }
-        if let Some(axis) = case.initial.couette.map(Axis::index) {
-            scene.add_couette(axis, case.boundary[axis].each_ref().map(Side::wall_velocity));
-        }
+        scene.set_initial_flow(case);
         scene.start()?;
         Ok(scene)
+    }
+
+    /// Sets the velocity of the cells that a case begins with.
+    fn set_initial_flow(&mut self, case: &Case) {
+        self.set_initial_velocity(&axes(&case.initial.velocity), case.initial.perturbation);
+        if let Some(speed) = case.initial.taylor_green {
+            self.add_vortex(speed);
+        }
+        if let Some(axis) = case.initial.couette.map(Axis::index) {
+            self.add_couette(axis, case.boundary[axis].each_ref().map(Side::wall_velocity));
+        }
     }
 
     /// Sets a uniform velocity (m/s) with a reproducible disturbance that does not depend on the
@@ -220,23 +214,11 @@ impl<const D: usize> Scene<D> {
     pub fn start(&mut self) -> Result<()> {
         self.state.faces.iter_mut().for_each(|f| f.fill(0.0));
         self.let_in();
-        self.set_sides(self.state.time, self.state.time)?;
         self.domain.take_forces(&self.state.u, self.state.time);
         self.method.start(&mut self.domain, &mut self.state)?;
         self.let_in();
         energy::start(&mut self.domain, &mut self.state, &mut *self.method)?;
         self.domain.clock = Default::default();
-        Ok(())
-    }
-
-    /// Lets sides whose velocity changes with time give that of a time (s), and to faces that of
-    /// the end of the step (s). Collective.
-    fn set_sides(&mut self, time: f64, end: f64) -> Result<()> {
-        let Domain { grid, boundaries, .. } = &mut self.domain;
-        if boundaries.set_time(time, end) {
-            self.boundary_rate = boundaries.courant_rate(grid);
-            boundaries.fill_velocity(&mut self.state.u)?;
-        }
         Ok(())
     }
 
@@ -257,14 +239,12 @@ impl<const D: usize> Scene<D> {
         self.motions.clear();
         self.motions.extend(self.state.bodies.iter().map(energy::Motion::of));
         let start = self.state.time;
-        self.set_sides(start + 0.5 * dt, start + dt)?;
         self.domain.take_forces(&self.state.u, start + 0.5 * dt);
         let power = energy::power_of_forces(&self.domain, &self.state.u, &*self.method)?;
         match self.method.step(&mut self.domain, &mut self.state, dt) {
             Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
             Err(failed) => Err(failed),
             Ok(projected) => {
-                self.set_sides(self.state.time, self.state.time)?;
                 let diagnostics::Energies { all_cells, inside, largest_speed } = self.energies()?;
                 self.state.energy.drive += 0.5
                     * dt
@@ -292,7 +272,7 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When a body is outside the box, or the state is another case's.
     pub fn resume(&mut self) -> Result<()> {
-        let Scene { domain, state, method, boundary_rate, .. } = self;
+        let Scene { domain, state, method, .. } = self;
         let size: [f64; 3] =
             std::array::from_fn(|a| domain.grid.size.get(a).copied().unwrap_or(f64::INFINITY));
         let inside = |body: &Body| (0..D).all(|a| (0.0..=size[a]).contains(&body.centre[a]));
@@ -301,9 +281,6 @@ impl<const D: usize> Scene<D> {
         }
         if state.time < 0.0 || state.dt < 0.0 {
             return Err(Error::Usage("its time runs backwards".into()));
-        }
-        if domain.boundaries.set_time(state.time, state.time) {
-            *boundary_rate = domain.boundaries.courant_rate(&domain.grid);
         }
         domain.boundaries.fill_velocity(&mut state.u)?;
         domain.boundaries.let_in(domain.fluid.density, &state.faces, &mut state.p);
@@ -321,7 +298,8 @@ impl<const D: usize> Scene<D> {
     /// As [`Scene::resume`].
     pub fn renew(&mut self, case: &Case) -> Result<()> {
         let clock = self.domain.clock.clone();
-        self.domain = build_domain(&self.domain.session, case, &self.state.bodies, &self.added)?;
+        let forces = self.domain.forces.take().map_or(Vec::new(), Forces::into_all);
+        self.domain = build_domain(&self.domain.session, case, &self.state.bodies, forces)?;
         self.method = method(&self.domain, case, &self.state.bodies, self.impact);
         self.resume()?;
         self.domain.clock = clock;
@@ -390,23 +368,19 @@ fn build_domain<const D: usize>(
     session: &Session,
     case: &Case,
     bodies: &[Body],
-    added: &Additions,
+    forces: Vec<Arc<dyn Force>>,
 ) -> Result<Domain<D>> {
     let cells = axes(&case.domain.cells);
     let periodic = std::array::from_fn(|a| case.periodic(a));
     let sharp = build::walls_are_sharp(case, bodies);
-    let ghosts =
-        if sharp { sharp::ghost_width(&case.spacings(), &case.numerics).1 } else { GHOSTS };
+    let ghosts = if sharp { sharp::ghost_width(&case.spacings()).1 } else { GHOSTS };
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
     let kinds = std::array::from_fn(|a| {
         [0, 1].map(|s| boundary(&grid, [a, s], &case.boundary[a][s], bodies))
     });
     let parabola = case.coupling.wall == WallRule::Sharp;
-    let mut boundaries = Boundaries::new(session, &layout, &grid, kinds, parabola);
-    for (at, of) in sides::sides::<D, _>(case, &added.sides)? {
-        boundaries.follow(&grid, at, of);
-    }
+    let boundaries = Boundaries::new(session, &layout, &grid, kinds, parabola);
     let sides_work = session.anywhere(boundaries.do_work())?;
     let stopping = StoppingRule {
         limit: case.pressure.divergence_limit,
@@ -424,14 +398,13 @@ fn build_domain<const D: usize>(
     let drive = case.drive.as_ref().map(|drive| build::drive(case, drive));
     Ok(Domain {
         session,
-        forces: Forces::new(&grid, &added.forces),
+        forces: Forces::new(&grid, forces),
         grid,
         boundaries,
         sides_work,
         fluid,
         drive,
         projection,
-        numerics: case.numerics,
         clock: Default::default(),
     })
 }

@@ -3,6 +3,7 @@
 
 use crate::Result;
 use crate::config::{Case, Loaded, Step};
+use crate::numerics::{LIMIT_SHARE, STEP_GROWTH};
 use crate::scheme::{Bound, Limits, RK3};
 use std::fmt;
 /// Steps at the end of a run that keep one length.
@@ -39,8 +40,8 @@ pub enum Choice {
     Given,
     /// `time.cfl`.
     CourantNumber,
-    /// This part of a stability limit.
-    Limit(Bound, f64),
+    /// [`LIMIT_SHARE`] of a stability limit.
+    Limit(Bound),
     /// A run has ten steps at least.
     TenthOfRun,
     /// A step grows slowly from the one before.
@@ -52,7 +53,7 @@ impl fmt::Display for Choice {
         match self {
             Choice::Given => write!(f, "given"),
             Choice::CourantNumber => write!(f, "by time.cfl"),
-            Choice::Limit(bound, share) => write!(f, "by {share} of the {bound}"),
+            Choice::Limit(bound) => write!(f, "by {LIMIT_SHARE} of the {bound}"),
             Choice::TenthOfRun => write!(f, "a tenth of the run, since nothing limits it yet"),
             Choice::Growth => write!(f, "by its growth from the step before"),
         }
@@ -75,13 +76,12 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
     };
     let others = [
         (Choice::TenthOfRun, case.time.end / 10.0),
-        (Choice::Growth, before.map_or(f64::INFINITY, |b| case.numerics.step_growth * b)),
+        (Choice::Growth, before.map_or(f64::INFINITY, |b| STEP_GROWTH * b)),
     ];
     let least = |a: (Choice, f64), b: (Choice, f64)| if b.1 < a.1 { b } else { a };
     let most = |a: (Choice, f64), b: (Choice, f64)| if b.1 > a.1 { b } else { a };
-    let ranges = limits.ranges().filter_map(|range| {
-        shares(&range, courant, case.numerics.limit_share).into_iter().reduce(least)
-    });
+    let ranges =
+        limits.ranges().filter_map(|range| shares(&range, courant).into_iter().reduce(least));
     let (choice, wanted) =
         ranges.reduce(most).into_iter().chain(others).reduce(least).unwrap_or(others[0]);
     if let Some(before) = before {
@@ -95,13 +95,13 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
 }
 
 /// What each bound of one kind of stages leaves a step that goes by a Courant number (s).
-fn shares(limits: &Limits, courant: f64, share: f64) -> [(Choice, f64); 3] {
+fn shares(limits: &Limits, courant: f64) -> [(Choice, f64); 3] {
     limits.bounds().map(|(bound, dt)| match bound {
         Bound::Advection(most) if courant > most => {
-            (Choice::Limit(bound, share), limits.step_for(share * most))
+            (Choice::Limit(bound), limits.step_for(LIMIT_SHARE * most))
         }
         Bound::Advection(_) => (Choice::CourantNumber, limits.step_for(courant)),
-        _ => (Choice::Limit(bound, share), share * dt),
+        _ => (Choice::Limit(bound), LIMIT_SHARE * dt),
     })
 }
 

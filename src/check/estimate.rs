@@ -19,6 +19,7 @@
 
 use super::layer::fall_speed;
 use crate::config::{Case, Drive, Motion, Side, Step};
+use crate::numerics::STEP_GROWTH;
 use crate::scheme::Limits;
 use crate::step_size::{Rest, choose_step};
 
@@ -183,14 +184,14 @@ pub fn expected_rest(case: &Case, limits: &Limits) -> Option<Rest> {
 /// How many steps a run takes from the `first` (s), each hardly longer than the one before, to the
 /// `later` ones (s), and to those that `limits` leave a box that comes to rest.
 pub fn steps(case: &Case, limits: &Limits, first: f64, later: f64) -> f64 {
-    let (end, growth) = (case.time.end, case.numerics.step_growth);
+    let end = case.time.end;
     let largest = LargestSpeed::expected(case)
         .filter(|largest| largest.step(case).is_finite() && later < first);
     let several = case.particle.iter().filter(|p| p.is_free()).count() > 1;
     let falls = largest.as_ref().is_some_and(|largest| largest.falling.is_some());
     let later = if several && falls { later / BETWEEN[case.dimension() - 2] } else { later };
-    let growing = ((later / first).ln() / growth.ln()).clamp(0.0, 1e3);
-    let gone = (first * (growth.powf(growing) - 1.0) / (growth - 1.0)).min(end);
+    let growing = ((later / first).ln() / STEP_GROWTH.ln()).clamp(0.0, 1e3);
+    let gone = (first * (STEP_GROWTH.powf(growing) - 1.0) / (STEP_GROWTH - 1.0)).min(end);
     let rest = largest.and_then(|_| expected_rest(case, limits));
     (growing + rest.map_or(end - gone, |rest| rest.stretched(gone, end, later)) / later).ceil()
 }

@@ -90,9 +90,8 @@ pub(crate) fn refuse<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Resul
 /// What a run has to be warned of before it begins. Collective.
 pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
     let later = later_step(case, &scene.limits()?);
-    let all = experiment(case)
+    let all = flow::outwards(case)
         .into_iter()
-        .chain(flow::outwards(case))
         .chain(particles::sticks(case))
         .chain(particles::unresolved(case))
         .chain(layer::describe(case))
@@ -117,7 +116,6 @@ fn describe<const D: usize>(
     refuse(loaded, &scene)?;
     let limits = scene.limits()?;
     let mut lines = flow::describe_box(case, &scene.domain.grid.h);
-    lines.extend(experiment(case));
     lines.extend(particles::describe(case));
     lines.extend(flow::reynolds(case));
     lines.extend(layer::describe(case));
@@ -173,23 +171,6 @@ fn uncounted<const D: usize>(case: &Case, scene: &Scene<D>) -> &'static str {
     } else {
         ""
     }
-}
-
-/// Numbers of the method that are not the defaults, for which nothing was validated.
-fn experiment(case: &Case) -> Option<String> {
-    let changed: Vec<_> = case
-        .numerics
-        .changed()
-        .into_iter()
-        .map(|(name, value, default)| format!("numerics.{name} = {value} (default {default})"))
-        .collect();
-    (!changed.is_empty()).then(|| {
-        format!(
-            "warning      {}: results are an experiment, to which no validation of this program \
-            applies",
-            changed.join(", ")
-        )
-    })
 }
 
 /// What the first steps took: a step's time (s), that without its contacts (s), and the rows of its

@@ -82,8 +82,7 @@ fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, later: f64) -
     };
     let falls = case.fluid.gravity.iter().any(|g| *g != 0.0);
     let long = falls && stages > limits.scheme.weights.len();
-    let free =
-        |body: &&Body| body.freedom().is_some() && gap(body) < gap_reach(false, &case.numerics) * h;
+    let free = |body: &&Body| body.freedom().is_some() && gap(body) < gap_reach(false) * h;
     let first = scene.state.bodies.iter().find(free).filter(|_| long)?;
     Some(format!(
         "warning      {} begins {} spacings from a wall, where steps of {stages} stages are too \

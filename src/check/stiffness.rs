@@ -5,6 +5,7 @@ use super::layer::Layer;
 use crate::Result;
 use crate::config::{Case, Contact, Loaded, MOST_SUBSTEPS, PairLaw, Substeps};
 use crate::contact::{DEEPEST_OVERLAP, Impact};
+use crate::numerics::CONTACT_SUBSTEPS;
 use crate::scene::{Scene, impact};
 use crate::words::brief;
 
@@ -51,7 +52,7 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
         return Ok(());
     };
     let dt = later_step(case, &scene.limits()?);
-    let wanted = case.numerics.contact_substeps * dt / time;
+    let wanted = CONTACT_SUBSTEPS * dt / time;
     if wanted <= MOST_SUBSTEPS {
         return Ok(());
     }
@@ -131,7 +132,7 @@ fn too_stiff<const D: usize>(
     law: &Contact,
     contacts: f64,
 ) -> Option<String> {
-    let wanted = case.numerics.contact_substeps * contacts;
+    let wanted = CONTACT_SUBSTEPS * contacts;
     let [many, over] = COSTLY;
     let Some((stiffness, exponent)) = given(law).max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return (wanted > over * many).then(|| {

@@ -6,7 +6,7 @@ use super::response::InverseMass;
 use super::substep::rim_speed;
 use super::{Contacts, Substeps};
 use crate::config::MOST_SUBSTEPS;
-use crate::numerics::Numerics;
+use crate::numerics::CONTACT_SUBSTEPS;
 use crate::particles::Body;
 use crate::{Error, Result};
 use mics_shapes::Part;
@@ -21,9 +21,7 @@ const FEWEST_PER_CONTACT: f64 = 5.0;
 /// Fewest substeps of a step in which the fluid between two acts: what resists their approach,
 /// their sliding and their rolling does so one after the other (a sphere pulled along a wall at
 /// 0.02 h: 3 % too fast in one substep, 0.15 % in 20).
-fn fewest_of_films(numerics: &Numerics) -> f64 {
-    0.5 * numerics.contact_substeps
-}
+const FEWEST_OF_FILMS: f64 = 0.5 * CONTACT_SUBSTEPS;
 
 impl Contacts {
     /// Substeps for the rest of the step, `time` (s), after those `taken`.
@@ -48,13 +46,9 @@ impl Contacts {
             (Substeps::Fixed(_), Some(_)) => Ok(1),
             (Substeps::Auto, None) => {
                 let (law, mass, contact) = self.contact_of(pair, bodies, time);
-                let wanted = self.numerics.contact_substeps * time / contact
-                    * law.damping_ratio(mass).max(1.0);
-                let wanted = if self.medium.range(&self.numerics) > 0.0 {
-                    wanted.max(fewest_of_films(&self.numerics))
-                } else {
-                    wanted
-                };
+                let wanted = CONTACT_SUBSTEPS * time / contact * law.damping_ratio(mass).max(1.0);
+                let wanted =
+                    if self.medium.range() > 0.0 { wanted.max(FEWEST_OF_FILMS) } else { wanted };
                 if wanted > MOST_SUBSTEPS {
                     Err(self.too_stiff(pair, contact, time, wanted))
                 } else {
@@ -90,13 +84,11 @@ impl Contacts {
     pub(super) fn apart(&self, pair: &Pair, bodies: &[Body], time: f64) -> Option<f64> {
         let gap = -self.closest(pair, bodies, 0.0).overlap;
         let way = self.pushed(pair, bodies, time) * time;
-        let fewest = if gap < self.medium.range(&self.numerics) {
-            fewest_of_films(&self.numerics)
-        } else {
-            1.0
+        let fewest = if gap < self.medium.range() { FEWEST_OF_FILMS } else { 1.0 };
+        let wanted = || {
+            let wanted = CONTACT_SUBSTEPS / GAP_SHARE * way / (gap - way).max(0.25 * gap);
+            wanted.clamp(fewest, CONTACT_SUBSTEPS)
         };
-        let most = self.numerics.contact_substeps;
-        let wanted = || (most / GAP_SHARE * way / (gap - way).max(0.25 * gap)).clamp(fewest, most);
         // A body never touches its own image.
         (pair.is_own_image() || gap > 2.0 * way + 0.05 * bodies[pair.first].radius()).then(wanted)
     }

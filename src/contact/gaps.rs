@@ -19,7 +19,7 @@ impl Contacts {
     /// What the fluid in the gaps does over the substep of `h` (s) that is `done`, or over what is
     /// left for it to do, pair by pair, each implicitly.
     pub(super) fn lubricate(&mut self, bodies: &mut [Body], h: f64, done: Option<usize>) {
-        let range = self.medium.range(&self.numerics);
+        let range = self.medium.range();
         if range == 0.0 {
             return;
         }
@@ -106,16 +106,9 @@ impl Contacts {
         let mirrored = side == Some(WallSide::Slip);
         let between = |g0: f64, g1: f64| {
             if mirrored {
-                2.0 * self.medium.resistance(
-                    &self.numerics,
-                    dimension,
-                    radius,
-                    radius,
-                    2.0 * g0,
-                    2.0 * g1,
-                )
+                2.0 * self.medium.resistance(dimension, radius, radius, 2.0 * g0, 2.0 * g1)
             } else {
-                self.medium.resistance(&self.numerics, dimension, radius, other, g0, g1)
+                self.medium.resistance(dimension, radius, other, g0, g1)
             }
         };
         // A substep that goes through the end of the gap is in it for a part of its time only.
@@ -128,13 +121,9 @@ impl Contacts {
             between(gap, next.max(0.0))
         };
         let [sliding, rolling] = if mirrored {
-            [
-                0.0,
-                self.medium.shear_resistance(&self.numerics, dimension, radius, radius, 2.0 * gap)
-                    [1],
-            ]
+            [0.0, self.medium.shear_resistance(dimension, radius, radius, 2.0 * gap)[1]]
         } else {
-            self.medium.shear_resistance(&self.numerics, dimension, radius, other, gap)
+            self.medium.shear_resistance(dimension, radius, other, gap)
         };
         Lubrication { gap: if touches { f64::NAN } else { gap.max(0.0) }, normal, sliding, rolling }
     }

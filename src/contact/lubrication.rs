@@ -33,7 +33,9 @@
 //! in free flight is exact however long it is; and each pair by itself, implicitly, so that nothing
 //! is too stiff and every pair loses energy.
 
-use crate::numerics::Numerics;
+use crate::numerics::{
+    AUTO_OVERLAP, HALF_GAP_2D, HALF_GAP_3D, LUBRICATION_RANGE, SHEAR_GAP_2D, SHEAR_GAP_3D,
+};
 use std::f64::consts::PI;
 
 /// The fluid that fills the gaps.
@@ -68,8 +70,8 @@ impl Lubrication {
 
 impl Medium {
     /// The gap up to which there is a force (m).
-    pub(super) fn range(&self, numerics: &Numerics) -> f64 {
-        if self.viscosity > 0.0 { numerics.lubrication_range * self.spacing } else { 0.0 }
+    pub(super) fn range(&self) -> f64 {
+        if self.viscosity > 0.0 { LUBRICATION_RANGE * self.spacing } else { 0.0 }
     }
 
     /// Force over speed of approach (N s/m), its mean over gaps from `g0` to `g1` (m), between a
@@ -77,7 +79,6 @@ impl Medium {
     /// (m).
     pub(super) fn resistance(
         &self,
-        numerics: &Numerics,
         dimension: usize,
         radius: f64,
         other: f64,
@@ -89,13 +90,13 @@ impl Medium {
         // Asperities that touch are pressed together over a way that a soft contact makes longer
         // than it is: the lubrication layer between them takes on it what it would over one width
         // of its own.
-        let lubrication = touching_gap(numerics, reduced);
+        let lubrication = touching_gap(reduced);
         let (low, high) = if g0 <= 0.0 { (lubrication, lubrication) } else { (low, high) };
         let middle = (low * high).sqrt();
-        let (x, far) = (middle / self.spacing, middle / self.range(numerics));
+        let (x, far) = (middle / self.spacing, middle / self.range());
         let fades = match dimension {
-            2 => (x / numerics.half_gap_2d).powi(2),
-            _ => (x / numerics.half_gap_3d).powf(4.0 / 3.0),
+            2 => (x / HALF_GAP_2D).powi(2),
+            _ => (x / HALF_GAP_3D).powf(4.0 / 3.0),
         };
         let phi = (1.0 - far * far) / (1.0 + fades);
         if phi <= 0.0 {
@@ -127,14 +128,13 @@ impl Medium {
     /// and where they roll.
     pub(super) fn shear_resistance(
         &self,
-        numerics: &Numerics,
         dimension: usize,
         radius: f64,
         other: f64,
         g: f64,
     ) -> [f64; 2] {
         let a = reduced(radius, other);
-        let near = if g > 0.0 { self.width(g, a) } else { touching_gap(numerics, a) };
+        let near = if g > 0.0 { self.width(g, a) } else { touching_gap(a) };
         let beyond = |spacings: f64| {
             let far = near.hypot(spacings * self.spacing);
             match dimension {
@@ -143,8 +143,8 @@ impl Medium {
             }
         };
         let (shown, more) = match dimension {
-            2 => (numerics.shear_gap_2d, 4.0),
-            _ => (numerics.shear_gap_3d, 2.4),
+            2 => (SHEAR_GAP_2D, 4.0),
+            _ => (SHEAR_GAP_3D, 2.4),
         };
         [self.viscosity * beyond(shown), more * self.viscosity * beyond(2.0 * shown)]
     }
@@ -162,6 +162,6 @@ fn reduced(radius: f64, other: f64) -> f64 {
 
 /// Width (m) of the lubrication layer of two that touch: contacts of the stiffness "auto" go as
 /// deep, by the diameter of their reduced radius.
-fn touching_gap(numerics: &Numerics, reduced: f64) -> f64 {
-    2.0 * numerics.auto_overlap * reduced
+fn touching_gap(reduced: f64) -> f64 {
+    2.0 * AUTO_OVERLAP * reduced
 }

@@ -52,7 +52,7 @@ mod wall;
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::numerics::Numerics;
+use crate::numerics::{ADDED_MASS_SHARE, ADDED_MASS_SLOPE, LARGEST_ADDED_MASS_SHARE};
 use crate::particles::{Accelerations, Body, Inertia, Neighbours};
 use cluster::Clusters;
 use correction::Constraint;
@@ -166,7 +166,6 @@ pub struct Contacts {
     touched: Vec<bool>,
     /// The fluid that fills the gaps.
     medium: Medium,
-    numerics: Numerics,
 }
 
 impl Contacts {
@@ -218,7 +217,6 @@ impl Contacts {
             deepest: 0.0,
             touched: vec![false; n],
             medium: Medium::default(),
-            numerics: Numerics::default(),
         }
     }
 
@@ -235,17 +233,6 @@ impl Contacts {
         self
     }
 
-    /// Contacts by these numbers of the method, in place of the defaults.
-    pub fn with_numerics(mut self, numerics: Numerics) -> Contacts {
-        self.numerics = numerics;
-        self
-    }
-
-    /// The numbers of the method.
-    pub fn numerics(&self) -> &Numerics {
-        &self.numerics
-    }
-
     /// Nothing touches yet.
     pub fn untouched(&self) -> Touching {
         Touching { springs: Vec::with_capacity(8 * self.parts) }
@@ -257,8 +244,8 @@ impl Contacts {
         let added = body.added_mass(self.medium.density);
         let displaced = self.medium.density * body.volume();
         let ratio = if displaced > 0.0 { body.mass() / displaced } else { f64::INFINITY };
-        let part = self.numerics.added_mass_share + ratio * self.numerics.added_mass_slope;
-        body.mass() + part.min(self.numerics.largest_added_mass_share) * added
+        let part = ADDED_MASS_SHARE + ratio * ADDED_MASS_SLOPE;
+        body.mass() + part.min(LARGEST_ADDED_MASS_SHARE) * added
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `accelerations` and contacts, prescribed

@@ -24,6 +24,7 @@ use super::Contacts;
 use super::law::Kinematics;
 use super::meeting::Meeting;
 use super::pair::Pair;
+use crate::numerics::ROLLING_DAMPING;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
@@ -80,11 +81,8 @@ impl Contacts {
             let stops = spin.dot(&along) / turns.max(f64::MIN_POSITIVE);
             return -limit.min(stops.max(limit / (1.0 + turns * h * stiffness))) * along;
         }
-        let damper = if inverse > 0.0 {
-            2.0 * self.numerics.rolling_damping * (stiffness / inverse).sqrt()
-        } else {
-            0.0
-        };
+        let damper =
+            if inverse > 0.0 { 2.0 * ROLLING_DAMPING * (stiffness / inverse).sqrt() } else { 0.0 };
         let torque =
             -(stiffness * pair.rolled + damper * spin) / (1.0 + turns * (h * stiffness + damper));
         torque * (limit / torque.norm()).min(1.0)

@@ -53,7 +53,7 @@ impl Contacts {
                 });
             });
             for (w, wall) in self.walls.iter().enumerate().filter(|_| free(i)) {
-                let reach = 0.5 * self.medium.range(&self.numerics) + self.search_radius[i];
+                let reach = 0.5 * self.medium.range() + self.search_radius[i];
                 if wall.distance(&body.centre) > body.radius() + reach {
                     continue;
                 }
@@ -64,7 +64,7 @@ impl Contacts {
             }
             for &o in self.obstacles.iter().filter(|_| free(i)) {
                 let all = search_radius[i] + search_radius[o];
-                let reach = Reach { all, touched: all - self.medium.range(&self.numerics) };
+                let reach = Reach { all, touched: all - self.medium.range() };
                 let before = (before, &mut *pairs, &mut self.regions);
                 if obstacle::add_pairs([i, o], bodies, periods, reach, before) {
                     (paired[i], paired[o]) = (true, true);
@@ -86,7 +86,7 @@ impl Contacts {
             let way =
                 (body.speed() + 0.5 * inverse_mass.accelerations.acceleration.norm() * time) * time;
             let way = way + self.rim_way(body, inverse_mass, time);
-            self.search_radius[i] = 0.5 * self.medium.range(&self.numerics);
+            self.search_radius[i] = 0.5 * self.medium.range();
             if obstacle::is_obstacle(body) {
                 // Nothing drives it from its way.
                 self.search_radius[i] += way;

@@ -15,7 +15,7 @@
 
 use super::Medium;
 use crate::drag::terminal_speed;
-use crate::numerics::Numerics;
+use crate::numerics::AUTO_OVERLAP;
 use crate::particles::Body;
 use mics_shapes::Part;
 use nalgebra::Vector3;
@@ -42,14 +42,13 @@ impl Impact {
         gravity: &Vector3<f64>,
         fluid: &Medium,
         flow: f64,
-        numerics: &Numerics,
     ) -> Impact {
         let &Medium { density, viscosity, .. } = fluid;
         let smallest = bodies.iter().flat_map(contact_radii).fold(f64::INFINITY, f64::min);
         let length =
             (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
         let (mut speeds, mut impact) = ([0.0f64; 2], Impact::default());
-        impact.depth = 2.0 * numerics.auto_overlap * smallest;
+        impact.depth = 2.0 * AUTO_OVERLAP * smallest;
         let obstacles = bodies.iter().filter(|body| body.shape().is_obstacle()).count();
         let count = bodies.len() - obstacles;
         for body in bodies {
@@ -141,7 +140,6 @@ mod tests {
                 &Vector3::new(0.0, -9.81, 0.0),
                 &medium,
                 0.0,
-                &Numerics::default(),
             )
             .speed
         };

@@ -5,6 +5,7 @@ use super::meeting::{Arms, Meeting, Met};
 use super::pair::Pair;
 use super::{Contacts, Impulse};
 use crate::Result;
+use crate::numerics::SLIDING_ONSET;
 use crate::particles::{Accelerations, Body, Motion};
 use nalgebra::Vector3;
 
@@ -78,8 +79,7 @@ impl Contacts {
         pair.tangential += h * tangential;
         pair.touched += if normal > 0.0 { h } else { 0.0 };
         let limit = self.law(&pair).material.friction * normal;
-        let held =
-            (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE)) / self.numerics.sliding_onset;
+        let held = (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE)) / SLIDING_ONSET;
         pair.normal_impulse += h * normal;
         pair.stuck += h * normal * held.clamp(0.0, 1.0);
         let force = tangential - normal * kinematics.normal;

@@ -12,6 +12,7 @@ mod tips;
 use super::law::{Law, integrated_restitution};
 use super::*;
 use crate::geometry::{Disc, Sphere};
+use crate::numerics::CONTACT_SUBSTEPS;
 use crate::particles::{Freedom, Motion};
 use nalgebra::vector;
 use std::f64::consts::PI;
@@ -145,7 +146,7 @@ fn head_on_collision_has_given_restitution() {
             let mut second = body(shape, 0.004, vector![0.0, 0.1, 0.1], vector![-0.3, 0.0, 0.0]);
             first.density = 900.0;
             let mass = first.mass() * second.mass() / (first.mass() + second.mass());
-            let step = Law::new(law).contact_time(mass, 1.0) / Numerics::default().contact_substeps;
+            let step = Law::new(law).contact_time(mass, 1.0) / CONTACT_SUBSTEPS;
             second.centre.x =
                 first.centre.x + first.radius() + second.radius() + (1.0 + phase) * step;
             let mut both = [first, second];

@@ -18,11 +18,9 @@
 //! ghost 0 is cell 0.
 
 use super::ghosts::{Planes, Rule};
-use super::side::{Follows, SideVelocity};
 use super::{GHOSTS, Grid, VectorField};
 use crate::Result;
 use crate::petsc::{Halo, Layout, Session};
-use std::sync::Arc;
 
 /// The condition at one face of the box.
 #[derive(Clone, Debug)]
@@ -50,8 +48,6 @@ struct CoveredSide {
 pub struct Boundaries<const D: usize> {
     /// By axis and side (low, high); `None` where the axis is periodic.
     pub kinds: [[Option<BoundaryKind<D>>; 2]; D],
-    /// Those whose velocity changes with time.
-    follows: Vec<Follows<D>>,
     /// Pressure at outflows (Pa), by axis and side, one value for each stored position of the face;
     /// empty elsewhere.
     entry: [[Vec<f64>; 2]; D],
@@ -94,7 +90,6 @@ impl<const D: usize> Boundaries<D> {
         let bend = std::array::from_fn(|axis| [0, 1].map(|side| bend(axis, side)));
         Boundaries {
             kinds,
-            follows: Vec::new(),
             entry,
             bend,
             covered: std::array::from_fn(|_| Vec::new()),
@@ -103,27 +98,6 @@ impl<const D: usize> Boundaries<D> {
             planes,
             layers: grid.ghosts,
         }
-    }
-
-    /// Lets a side that gives a velocity give this one, at the times of
-    /// [`Boundaries::set_time`].
-    pub fn follow(&mut self, grid: &Grid<D>, at: [usize; 2], of: Arc<dyn SideVelocity>) {
-        let [axis, side] = at;
-        self.kinds[axis][side] = Some(BoundaryKind::given(grid, at, &*of, 0.0));
-        self.follows.push(Follows::new(grid, at, of));
-    }
-
-    /// Sets what sides give at a time (s) to ghosts, and at the end of the step (s) to faces.
-    /// Returns whether any side changes with time: ghosts that were filled before are then of
-    /// another time. The same on all ranks.
-    pub fn set_time(&mut self, time: f64, end: f64) -> bool {
-        for follows in &mut self.follows {
-            let boundary = &mut self.kinds[follows.axis][follows.side];
-            if let Some(BoundaryKind::Velocity(values)) = boundary {
-                follows.set(values, time, end);
-            }
-        }
-        !self.follows.is_empty()
     }
 
     /// Whether some boundary fixes the pressure; where none does, the pressure equation is
@@ -149,12 +123,11 @@ impl<const D: usize> Boundaries<D> {
     /// Of this rank's sides.
     pub fn do_work(&self) -> bool {
         let mut here = (0..2 * D).filter_map(|f| self.boundary(f / 2, f % 2));
-        !self.follows.is_empty()
-            || here.any(|boundary| match boundary {
-                BoundaryKind::Velocity(v) => v.iter().flatten().any(|v| *v != 0.0),
-                BoundaryKind::Slip => false,
-                BoundaryKind::Outflow => true,
-            })
+        here.any(|boundary| match boundary {
+            BoundaryKind::Velocity(v) => v.iter().flatten().any(|v| *v != 0.0),
+            BoundaryKind::Slip => false,
+            BoundaryKind::Outflow => true,
+        })
     }
 
     fn boundary(&self, axis: usize, side: usize) -> Option<&BoundaryKind<D>> {
@@ -339,10 +312,7 @@ impl<const D: usize> Boundaries<D> {
             for side in [0, 1] {
                 match self.boundary(axis, side) {
                     Some(BoundaryKind::Velocity(v)) => {
-                        let mut follows = self.follows.iter();
-                        let follows = follows.find(|f| (f.axis, f.side) == (axis, side));
-                        let through = follows.map_or(&v[axis], |follows| &follows.through);
-                        self.planes[axis].for_faces(side, |at, f, _| face[f] = through[at])
+                        self.planes[axis].for_faces(side, |at, f, _| face[f] = v[axis][at])
                     }
                     Some(BoundaryKind::Slip) => {
                         self.planes[axis].for_faces(side, |_, f, _| face[f] = 0.0)

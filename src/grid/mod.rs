@@ -19,7 +19,6 @@ mod simd;
 
 pub use boundary::{Boundaries, BoundaryKind};
 pub use division::Division;
-pub use side::SideVelocity;
 pub use simd::{largest, simd, total};
 
 use crate::petsc::Layout;

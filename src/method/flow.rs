@@ -21,6 +21,7 @@ use crate::grid::VectorField;
 use crate::kernels::boundary::{self, Sides};
 use crate::kernels::diffusion;
 use crate::kernels::faces::{self, BodyForce, FaceCoefficient};
+use crate::numerics::PRESSURE_TIME;
 use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
@@ -254,7 +255,7 @@ impl<const D: usize> Flow<D> {
         let Some(most) = self.own.filter(|_| self.force.is_none()) else { return 1.0 };
         let h = domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min);
         let diffusion = domain.fluid.viscosity / domain.fluid.density * dt / (h * h);
-        (domain.numerics.pressure_time / diffusion).min(most)
+        (PRESSURE_TIME / diffusion).min(most)
     }
 
     /// (13-15). Collective.

@@ -1,7 +1,6 @@
 //! What a run leaves: logs and fields. Reads the state; the step does not know of it. The formats
 //! and their readers are in [`mics_run`], figures and reports in `mics-plot`.
 
-mod added;
 mod bodies;
 pub mod checkpoint;
 mod file;
@@ -18,6 +17,4 @@ pub mod survey;
 pub mod vti;
 pub mod watch;
 
-pub use added::Output;
 pub use folder::{Folder, Log, Marks, StepRow, fields_file, may_use, refuse_held};
-pub use rows::Rows;

@@ -19,7 +19,6 @@
 //! M is of the state at two moments and the forces are of all steps between them: what is missing
 //! shows what either lost.
 
-use super::Output;
 use super::snapshot::slices;
 use super::vti::{Writer, head};
 use crate::archive::{Archive, Checkpointed};
@@ -137,30 +136,6 @@ fn pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..dimension).flat_map(|b| (0..=b).map(move |a| (a, b)))
 }
 
-/// In a checkpoint it is by itself, with its fields.
-impl<const D: usize> Output<D> for Statistics<D> {
-    fn name(&self) -> &str {
-        "statistics"
-    }
-
-    fn begin(&mut self, _: &Path, _: &mut Scene<D>, _: Option<&str>) -> Result<()> {
-        Ok(())
-    }
-
-    fn take(&mut self, scene: &mut Scene<D>) -> Result<()> {
-        if scene.state.steps > 0 {
-            scene.domain.clock.lap(Stage::Logs);
-            self.sample(scene);
-            scene.domain.clock.lap(Stage::Statistics);
-        }
-        Ok(())
-    }
-
-    fn end(&mut self, folder: &Path, scene: &mut Scene<D>) -> Result<()> {
-        self.write(scene, folder)
-    }
-}
-
 impl<const D: usize> Statistics<D> {
     /// Nothing yet of a case's scene; `None` where the case asks for none.
     pub fn of_case(scene: &Scene<D>, case: &Case) -> Option<Statistics<D>> {
@@ -184,7 +159,15 @@ impl<const D: usize> Statistics<D> {
         })
     }
 
-    /// Takes the state after a step.
+    /// Takes the state after a step; the one at time 0 counts for no time.
+    pub fn take(&mut self, scene: &mut Scene<D>) {
+        if scene.state.steps > 0 {
+            scene.domain.clock.lap(Stage::Logs);
+            self.sample(scene);
+            scene.domain.clock.lap(Stage::Statistics);
+        }
+    }
+
     fn sample(&mut self, scene: &Scene<D>) {
         let s = &scene.state;
         let ended = self.plan.until.is_some_and(|until| s.time > until * (1.0 + 1e-12));
@@ -280,7 +263,7 @@ impl<const D: usize> Statistics<D> {
     ///
     /// # Errors
     /// When they cannot be written.
-    fn write(&self, scene: &Scene<D>, folder: &Path) -> Result<()> {
+    pub fn write(&self, scene: &Scene<D>, folder: &Path) -> Result<()> {
         if self.counted <= 0.0 {
             return Ok(());
         }

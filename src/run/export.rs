@@ -1,6 +1,6 @@
 //! A run that ends at one pressure solve, for the system that is solved there; it leaves no folder.
 
-use super::{Extensions, Request, Run};
+use super::{Request, Run};
 use crate::check::check_memory;
 use crate::config::Loaded;
 use crate::interrupt::Interrupt;
@@ -123,8 +123,8 @@ fn export<const D: usize>(request: &Request, loaded: &Loaded, wanted: Wanted) ->
         return Err(Error::Usage(why.into()));
     }
     check_memory(loaded, &session)?;
-    let (added, interrupt) = (Extensions::default(), Interrupt::listen()?);
-    let mut run = Run::<D>::new(&session, loaded, request, added, None, interrupt, None)?;
+    let interrupt = Interrupt::listen()?;
+    let mut run = Run::<D>::new(&session, loaded, request, None, interrupt, None)?;
     run.awaited = Some(Awaited { wanted, dt: None });
     run.reach_system(wanted)
 }

@@ -5,8 +5,8 @@ use super::restart::Restart;
 use super::{Run, StepOutcome, Wishes};
 use crate::clock::Stage;
 use crate::config::FixedRows;
-use crate::output::measure::Measure;
-use crate::output::{Folder, Log, Output, StepRow, fields_file, snapshot};
+use crate::output::measure::Series;
+use crate::output::{Folder, Log, StepRow, fields_file, snapshot};
 use crate::particles::{Body, Motion};
 use crate::scene::Scene;
 use crate::system::host;
@@ -110,15 +110,14 @@ impl<const D: usize> Run<'_, D> {
         if self.scene.state.steps > 0 {
             let mut series = self.series.iter_mut();
             series.try_for_each(|series| series.take(&self.scene, speed))?;
-            self.added.measure(&self.scene, speed)?;
         }
         Ok(())
     }
 
-    /// Statistics, probes, and what was added.
+    /// Statistics and probes.
     pub(super) fn record(&mut self) -> Result<()> {
         if let Some(statistics) = &mut self.statistics {
-            statistics.take(&mut self.scene)?;
+            statistics.take(&mut self.scene);
         }
         let (folder, mut written) = (&mut self.folder, Ok(()));
         self.probes.record(&mut self.scene, |line| {
@@ -127,15 +126,7 @@ impl<const D: usize> Run<'_, D> {
             }
             Ok(())
         })?;
-        // A failure of rank 0's shall not keep it from what the others do now.
-        let added = self.added.write(&mut self.scene);
-        written.and(added)
-    }
-
-    /// The measures of the case, and those that were added.
-    pub(super) fn measures(&self) -> impl Iterator<Item = &dyn Measure<D>> {
-        let of_case = self.series.iter().map(|series| series as &dyn Measure<D>);
-        of_case.chain(self.added.measures.iter().map(|measure| &**measure))
+        written
     }
 
     /// The measures that have a value so far, by name.
@@ -144,12 +135,9 @@ impl<const D: usize> Run<'_, D> {
     }
 
     /// What measures give of something, by name.
-    pub(super) fn table(
-        &self,
-        of: impl Fn(&dyn Measure<D>) -> Option<Value>,
-    ) -> Map<String, Value> {
-        let row = |series: &dyn Measure<D>| Some((series.name().to_owned(), of(series)?));
-        self.measures().filter_map(row).collect()
+    pub(super) fn table(&self, of: impl Fn(&Series) -> Option<Value>) -> Map<String, Value> {
+        let row = |series: &Series| Some((series.name().to_owned(), of(series)?));
+        self.series.iter().filter_map(row).collect()
     }
 
     /// Writes `run.json`: the program, the machine and the solver; `ended` is the time of day.

@@ -44,8 +44,6 @@ pub struct Account {
     pub last_fields: Option<f64>,
     /// Step of the newest rows of particles.
     pub last_rows: Option<u64>,
-    /// What measures and outputs that a library's user has added go on with.
-    pub added: String,
 }
 
 impl Account {
@@ -80,7 +78,6 @@ impl Checkpointed for Account {
             dt,
             last_fields,
             last_rows,
-            added,
         } = self;
         archive.label("run")?;
         archive.serialize([
@@ -96,7 +93,6 @@ impl Checkpointed for Account {
             dt,
             last_fields,
             last_rows,
-            added,
         ])
     }
 }
@@ -143,14 +139,12 @@ impl<const D: usize> Run<'_, D> {
             case: self.case.to_toml(),
             ranks: self.session.size() as u64,
         };
-        let added = self.added.kept(self.session)?;
         let (mut cpu, clock) = ([cpu_seconds()], self.scene.domain.clock.clone());
         self.session.sum(&mut cpu)?;
         let mut account = Account {
             wall: self.wall(),
             cpu: self.account.cpu + cpu[0],
             clock,
-            added,
             ..self.account.clone()
         };
         let mut archive = Archive::write(self.session, &mut writer);

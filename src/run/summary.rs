@@ -2,8 +2,7 @@
 
 use super::{Run, energy_bound, symmetry};
 use crate::Result;
-use crate::output::Output;
-use crate::output::measure::Measure;
+use crate::output::measure::Series;
 use crate::system::{cpu_seconds, now, peak_memory};
 use mics_run::compare::measured;
 use serde_json::{Map, Value, json};
@@ -43,10 +42,9 @@ impl<const D: usize> Run<'_, D> {
     /// When ranks cannot sum, or the folder cannot be written.
     pub(super) fn close(&mut self, status: &str) -> Result<()> {
         if status != "failed" {
-            if let Some(statistics) = &mut self.statistics {
-                statistics.end(&self.out, &mut self.scene)?;
+            if let Some(statistics) = &self.statistics {
+                statistics.write(&self.scene, &self.out)?;
             }
-            self.added.end(&self.out, &mut self.scene)?;
         }
         let totals = self.totals()?;
         let symmetric = symmetry::stayed(self.case, &self.scene)?;
@@ -124,7 +122,7 @@ impl<const D: usize> Run<'_, D> {
 
     /// Doubts about measures of a run that is done.
     fn doubts(&self, status: &str) -> Vec<String> {
-        let remarks = self.measures().filter_map(|s| Some((s.name(), s.remark()?)));
+        let remarks = self.series.iter().filter_map(|s| Some((s.name(), s.remark()?)));
         let doubts = remarks.filter(|(_, remark)| remark.doubt && status == "done");
         doubts.map(|(name, remark)| format!("{name} {}", remark.words)).collect()
     }
@@ -152,7 +150,7 @@ impl<const D: usize> Run<'_, D> {
             "preconditioner_setups": self.account.setups,
             "measures": self.values(),
             "comparisons": self.table(|s| Some(json!(s.comparison()?))),
-            "units": self.table(|s| Some(json!(s.unit()))),
+            "units": self.table(|s| Some(json!(s.unit(D)))),
             "remarks": self.table(|s| Some(json!(s.remark()?.words))),
             "stages_ns_per_cell_step":
                 stages.iter().map(|(n, t)| ((*n).to_owned(), json!(t))).collect::<Map<_, _>>(),
@@ -216,7 +214,7 @@ impl<const D: usize> Run<'_, D> {
 
     /// Says what each measure gives, beside its reference.
     fn say_measures(&mut self) {
-        let line = |series: &dyn Measure<D>| {
+        let line = |series: &Series| {
             let name = series.name();
             let Some(value) = series.value() else {
                 return format!(
@@ -224,13 +222,13 @@ impl<const D: usize> Run<'_, D> {
                     was not there, or no steps after `from`)"
                 );
             };
-            let value = format!("{name} = {} {}", measured(value), series.unit());
+            let value = format!("{name} = {} {}", measured(value), series.unit(D));
             let beside = series.comparison().map(|comparison| format!(", {comparison}"));
             let remark = series.remark().map(|remark| format!("; {}", remark.words));
             let (beside, remark) = (beside.unwrap_or_default(), remark.unwrap_or_default());
             format!("{}{beside}{remark}", value.trim_end())
         };
-        let lines: Vec<String> = self.measures().map(line).collect();
+        let lines: Vec<String> = self.series.iter().map(line).collect();
         lines.iter().for_each(|line| self.log.say(line));
     }
 }

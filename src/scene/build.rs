@@ -11,6 +11,7 @@ use crate::method::flow::Flow;
 use crate::method::mics2003::{Choices, Driver, Mics2003};
 use crate::method::momentum::{Advection, Mixture, Momentum};
 use crate::method::sharp::{Sharp, ghost_width};
+use crate::numerics::PRESSURE_WEIGHT;
 use crate::particles::{Body, Freedom, Motion, Oscillation};
 use crate::petsc::Choice;
 use crate::scheme::{self, Scheme};
@@ -162,7 +163,7 @@ pub(super) fn method<const D: usize>(
         && (case.particle.is_empty() || (mixing && case.particle.iter().all(|p| p.enter.is_none())))
     {
         let mut flow = Flow::new(domain, mixture, None, momentum, choices.cell_gradient);
-        flow.own = (!choices.cell_gradient).then_some(case.numerics.pressure_weight);
+        flow.own = (!choices.cell_gradient).then_some(PRESSURE_WEIGHT);
         return Box::new(flow);
     }
     let free = bodies.iter().any(|b| b.freedom().is_some())
@@ -222,7 +223,7 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
     }
     let h: Vec<f64> =
         case.domain.size.iter().zip(&case.domain.cells).map(|(size, n)| size / *n as f64).collect();
-    let needed = ghost_width(&h, &case.numerics).1;
+    let needed = ghost_width(&h).1;
     match case.domain.cells.iter().find(|cells| **cells < needed) {
         Some(cells) if sharp && !bodies.is_empty() => Err(Error::Usage(format!(
             "sharp surfaces need {needed} cells at least along every axis, and domain.cells has \
@@ -242,7 +243,7 @@ pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
     let spacing = spacings.fold(f64::INFINITY, f64::min);
     let (density, viscosity) = (case.fluid.density, case.fluid.viscosity);
     let fluid = Medium { density, viscosity, spacing, roughness: 0.0 };
-    Impact::expected(bodies, size, &gravity, &fluid, case.fluid_speed(), &case.numerics)
+    Impact::expected(bodies, size, &gravity, &fluid, case.fluid_speed())
 }
 
 /// The law of a pair of materials; a stiffness that is not given is by the impacts to be expected.
@@ -325,9 +326,7 @@ pub(super) fn contacts(
     };
     let sizes = std::array::from_fn(|a| size(a).unwrap_or(1.0));
     let periods = std::array::from_fn(|a| size(a).filter(|_| case.periodic(a)));
-    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps)
-        .rough(law.roughness)
-        .with_numerics(case.numerics)
+    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps).rough(law.roughness)
 }
 
 /// A reproducible number in [-1, 1) for each integer (the finaliser of SplitMix64).

@@ -27,7 +27,7 @@ fn check_cells(loaded: &Loaded) -> Result<()> {
     if !walls_are_sharp(case) {
         return Ok(());
     }
-    let needed = sharp::ghost_width(&case.spacings(), &case.numerics).1;
+    let needed = sharp::ghost_width(&case.spacings()).1;
     let Some(axis) = case.domain.cells.iter().position(|cells| *cells < needed) else {
         return Ok(());
     };

@@ -1,9 +1,8 @@
 //! The sides of the box as a case has them.
 
-use crate::config::{Case, Side};
-use crate::grid::{BoundaryKind, Grid, SideVelocity};
+use crate::config::Side;
+use crate::grid::{BoundaryKind, Grid};
 use crate::particles::Body;
-use crate::{Error, Result};
 use nalgebra::Vector3;
 
 use super::build::axes;
@@ -70,8 +69,9 @@ impl<const D: usize> CaseSide<'_, D> {
     }
 }
 
-impl<const D: usize> SideVelocity for CaseSide<'_, D> {
-    fn at(&self, place: &Vector3<f64>, _time: f64) -> Vector3<f64> {
+impl<const D: usize> CaseSide<'_, D> {
+    /// The velocity (m/s) at a place of the side (m).
+    fn velocity(&self, place: &Vector3<f64>) -> Vector3<f64> {
         match self.side {
             Side::MovingWall(v) => Vector3::from(axes::<f64, 3>(v)),
             Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
@@ -110,28 +110,7 @@ pub(super) fn boundary<const D: usize>(
             if matches!(side.side, Side::InflowParabola(_)) && !side.obstacles.is_empty() {
                 side.narrow();
             }
-            Some(BoundaryKind::given(grid, at, &side, 0.0))
+            Some(BoundaryKind::given(grid, at, |place| side.velocity(place)))
         }
     }
-}
-
-/// Which sides of a case, by axis and end, the sides of these names are.
-pub(super) fn sides<const D: usize, T: Clone>(
-    case: &Case,
-    named: &[(String, T)],
-) -> Result<Vec<([usize; 2], T)>> {
-    let find = |(name, of): &(String, T)| {
-        let (face, side) = case
-            .sides()
-            .enumerate()
-            .find_map(|(face, (own, side))| (own == name).then_some((face, side)))
-            .ok_or_else(|| Error::Usage(format!("{name:?} is no side of the case's box")))?;
-        match side {
-            Side::Periodic | Side::Outflow | Side::Slip => Err(Error::Usage(format!(
-                "boundary.{name} gives no velocity in the case: make it a wall or an inflow"
-            ))),
-            _ => Ok(([face / 2, face % 2], of.clone())),
-        }
-    };
-    named.iter().map(find).collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::numerics::Numerics;
+use crate::numerics::{MEAN_FORCE_WEIGHT, SUSTAINED_FORCE};
 use nalgebra::Vector3;
 
 /// Mean force of a body's contacts over the last steps for as long as there are any (N); `None` for
@@ -13,29 +13,24 @@ pub struct MeanContactForce(pub Option<Vector3<f64>>);
 impl MeanContactForce {
     /// The part of a force of contacts (N) that lasts and is none of an impact, as the steps before
     /// show.
-    pub fn sustained(&self, force: &Vector3<f64>, numerics: &Numerics) -> f64 {
-        let mean = mean_force(&self.0.unwrap_or_default(), force, numerics.mean_force_weight);
+    pub fn sustained(&self, force: &Vector3<f64>) -> f64 {
+        let mean = mean_force(&self.0.unwrap_or_default(), force);
         let (mean, size) = (mean.norm(), force.norm());
-        if size > numerics.sustained_force * mean {
-            numerics.sustained_force * mean / size
-        } else {
-            1.0
-        }
+        if size > SUSTAINED_FORCE * mean { SUSTAINED_FORCE * mean / size } else { 1.0 }
     }
 
     /// Takes note of the force of contacts (N) over a step; the part of it that lasts: all of it,
     /// where the body lay there before.
-    pub fn press(&mut self, force: &Vector3<f64>, numerics: &Numerics) -> f64 {
-        let sustained = self.0.map_or(1.0, |_| self.sustained(force, numerics));
-        let weight = numerics.mean_force_weight;
-        self.0 = Some(self.0.map_or(*force, |mean| mean_force(&mean, force, weight)));
+    pub fn press(&mut self, force: &Vector3<f64>) -> f64 {
+        let sustained = self.0.map_or(1.0, |_| self.sustained(force));
+        self.0 = Some(self.0.map_or(*force, |mean| mean_force(&mean, force)));
         sustained
     }
 }
 
-/// The mean force of contacts after a step with this one (N), which has this weight.
-fn mean_force(mean: &Vector3<f64>, force: &Vector3<f64>, weight: f64) -> Vector3<f64> {
-    if *force == Vector3::zeros() { *force } else { mean + weight * (force - mean) }
+/// The mean force of contacts after a step with this one (N).
+fn mean_force(mean: &Vector3<f64>, force: &Vector3<f64>) -> Vector3<f64> {
+    if *force == Vector3::zeros() { *force } else { mean + MEAN_FORCE_WEIGHT * (force - mean) }
 }
 
 impl Checkpointed for MeanContactForce {

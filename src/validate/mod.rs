@@ -25,8 +25,6 @@ pub struct Request {
     pub names: Vec<String>,
     /// All cases.
     pub full: bool,
-    /// Overrides of every case, `KEY=VALUE`.
-    pub set: Vec<String>,
     /// Where the runs go.
     pub out: PathBuf,
     /// Whether it prints a page of Markdown.
@@ -62,9 +60,8 @@ struct Found {
 /// When a name is unknown, a run fails, or measures fall short of their references or have moved
 /// from the page they are compared with: [`Error::Short`], after all have been run.
 pub fn validate(request: &Request) -> Result<()> {
-    let Request { names, full, set, out, markdown, compare, petsc, draw, commit } = request;
-    let mut rows = chosen(names, *full)?;
-    rows.iter_mut().for_each(|row| row.set.extend_from_slice(set));
+    let Request { names, full, out, markdown, compare, petsc, draw, commit } = request;
+    let rows = chosen(names, *full)?;
     let page = compare.as_deref().map(Page::read).transpose()?;
     let session = Session::start(petsc)?;
     let lead = session.rank() == 0;

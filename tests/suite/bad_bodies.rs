@@ -161,12 +161,8 @@ pub const BAD_BODIES: &[Row] = &[
         &["gravel.csv", "no such file", "the case file's folder"],
     ),
     (
-        "[time]", "[numerics]\nshared_aperture = 2.0\n[time]", "shared_aperture",
-        "numerics.shared_aperture", &["2.0 is out of its range, from 0.001 to 0.9"],
-    ),
-    (
-        "[time]", "[numerics]\nshared_apertur = 0.1\n[time]", "shared_apertur",
-        "numerics.shared_apertur", &["unknown key", "did you mean `shared_aperture`?"],
+        "[time]", "[numerics]\nshared_aperture = 0.2\n[time]", "[numerics]", "numerics",
+        &["no keys any more", "src/numerics.rs", "docs/constants.md"],
     ),
     // Contact and materials.
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.5\n\

@@ -42,7 +42,6 @@ mod mixing_at_rest;
 mod modes;
 mod motion;
 mod multigrid;
-mod numerics;
 mod obstacle_cases;
 mod obstacles;
 mod own_ranks;

@@ -137,9 +137,6 @@ enum Command {
         /// All cases with a reference.
         #[arg(long, conflicts_with = "names")]
         full: bool,
-        /// Override a key of every case, for experiments: numerics.shared_aperture=0.05.
-        #[arg(long, value_name = "KEY=VALUE")]
-        set: Vec<String>,
         /// Where the runs go.
         #[arg(long, value_name = "DIR", default_value = "runs/validate")]
         out: PathBuf,
@@ -239,12 +236,11 @@ fn act(command: Command) -> Result<u8> {
         Command::Watch { runs } => watch::watch(&runs),
         Command::New { dir, template } => cases::begin(&dir, &template),
         Command::Cases { action } => cases::cases(action),
-        Command::Validate { names, full, set, out, markdown, compare, petsc, .. } => {
+        Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
             let (draw, commit) = (plot::draw_run, COMMIT);
             validate::validate(&validate::Request {
                 names,
                 full,
-                set,
                 out,
                 markdown,
                 compare,

@@ -344,7 +344,7 @@ impl<const D: usize> Mics2003<D> {
         {
             let Some(freedom) = body.freedom() else { continue };
             let force = freedom.along(&impulse.linear) / dt;
-            let sustained = support.mean_contact_force.press(&force, contacts.numerics());
+            let sustained = support.mean_contact_force.press(&force);
             (support.force, support.torque) =
                 (sustained * force, sustained / dt * freedom.about(&impulse.angular));
         }

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   T = sum m_k,   M = the largest m_k         what bodies cover of a face, overlaps counted twice
-//!   H = max( 1 - T, min(leak, T - M), 1e-6 )  beside a wall of the box: at least leak
+//!   H = max( 1 - T, min(0.1, T - M), 1e-6 )   beside a wall of the box: at least 0.1
 //!   m_k -> m_k (1 - H)/T   where T > 1 - H     so that H + sum m = 1
 //! ```
 //! One H for the prediction, the operator, the modes and the correction: what drives a flux in one
@@ -15,6 +15,7 @@
 use super::cut::CutBodies;
 use crate::domain::Domain;
 use crate::grid::{Boundaries, BoundaryKind, Grid};
+use crate::numerics::SHARED_APERTURE;
 
 /// Relative difference that is none.
 const ROUNDING: f64 = 1e-14;
@@ -26,7 +27,6 @@ impl<const D: usize> CutBodies<D> {
     /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line
     /// with it.
     pub(super) fn set_apertures(&mut self, domain: &Domain<D>) {
-        let leak = domain.numerics.shared_aperture;
         let (grid, boundaries, whole) =
             (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
         let total = &mut self.total;
@@ -40,13 +40,13 @@ impl<const D: usize> CutBodies<D> {
                 total[face] += cut.solid_fraction;
             }
             let covered = |face: usize, total: f64, most: f64, at_boundary: bool| {
-                let shared = (total - most).min(leak);
+                let shared = (total - most).min(SHARED_APERTURE);
                 let least = if at_boundary
-                    && shared < leak
-                    && total > 1.0 - leak
+                    && shared < SHARED_APERTURE
+                    && total > 1.0 - SHARED_APERTURE
                     && beside_wall(grid, boundaries, axis, face)
                 {
-                    leak
+                    SHARED_APERTURE
                 } else {
                     shared.max(LEAST_APERTURE)
                 };

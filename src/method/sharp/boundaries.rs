@@ -40,7 +40,7 @@ impl<const D: usize> CutBodies<D> {
                 continue;
             }
             let boundary = if side == 0 { 0.0 } else { size[axis] };
-            let reach = gap::reach(false, &domain.numerics) * self.h;
+            let reach = gap::reach(false) * self.h;
             for body in bodies {
                 let bounds = body.shape().bounds(&body.orientation());
                 if (body.centre[axis] - boundary).abs() < bounds[axis] + reach {
@@ -59,7 +59,7 @@ impl<const D: usize> CutBodies<D> {
         axis: usize,
         side: usize,
     ) {
-        let (grid, boundaries, numerics) = (&domain.grid, &mut domain.boundaries, &domain.numerics);
+        let (grid, boundaries) = (&domain.grid, &mut domain.boundaries);
         let (mut inwards, boundary) =
             (Vector3::zeros(), if side == 0 { 0.0 } else { grid.size[axis] });
         inwards[axis] = 1.0 - 2.0 * side as f64;
@@ -96,7 +96,7 @@ impl<const D: usize> CutBodies<D> {
                         axis,
                         side,
                         i + j * stride,
-                        Shares::of(width / self.h, numerics).full,
+                        Shares::of(width / self.h).full,
                     );
                 }
             }

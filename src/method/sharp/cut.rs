@@ -17,6 +17,9 @@ use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
+use crate::numerics::{
+    CREEPING_LAYER, IMAGE_POINT, LARGEST_PROFILE, RESOLVED_LAYER, SLOPE_IMAGE_POINT,
+};
 use crate::particles::{Body, all_fixed, nearest_image};
 use crate::reach::Reach;
 use crate::state::BeforeForcing;
@@ -63,14 +66,13 @@ pub struct CutBodies<const D: usize> {
 impl<const D: usize> CutBodies<D> {
     /// Room for all that bodies can cut of the grid of a domain. [`CutBodies::settle`] comes next.
     pub fn new(domain: &Domain<D>, bodies: &[Body]) -> CutBodies<D> {
-        let (grid, periods, h) =
-            (&domain.grid, domain.periods(), ghost_width(&domain.grid.h, &domain.numerics).0);
+        let (grid, periods, h) = (&domain.grid, domain.periods(), ghost_width(&domain.grid.h).0);
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let (rank, ranks) = (domain.session.rank(), domain.session.size());
         let cut = if ranks > 1 {
             LocalBodies::none(grid, bodies.len())
         } else {
-            LocalBodies::all(grid, CutBody::all(grid, bodies, h, &domain.numerics))
+            LocalBodies::all(grid, CutBody::all(grid, bodies, h))
         };
         let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
         let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
@@ -84,7 +86,7 @@ impl<const D: usize> CutBodies<D> {
                 bodies,
                 size,
                 periods,
-                gap::reach(all_fixed(bodies), &domain.numerics) * h,
+                gap::reach(all_fixed(bodies)) * h,
                 // Most bodies have few; on several ranks that is what matters.
                 if ranks > 1 { 0 } else { 16 },
             ),
@@ -142,9 +144,9 @@ impl<const D: usize> CutBodies<D> {
             gap::POISEUILLE * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
         let cubic = all_fixed(bodies);
-        let reach = gap::reach(cubic, &domain.numerics) * self.h;
-        let parabola = Parabola::new(domain.numerics.image_point);
-        let distance = domain.numerics.slope_image_point;
+        let reach = gap::reach(cubic) * self.h;
+        let parabola = Parabola::new(IMAGE_POINT);
+        let distance = SLOPE_IMAGE_POINT;
         let slope =
             if cubic { profile::slope_of_means(distance) } else { profile::slope(distance) };
         for (k, cut) in self.bodies.each_mut() {
@@ -174,7 +176,6 @@ impl<const D: usize> CutBodies<D> {
                 orientation,
                 round: neighbour::round(&bodies[k]),
                 near: &self.beside,
-                numerics: &domain.numerics,
                 h: self.h,
                 friction,
                 rubs: Cell::new(false),
@@ -195,7 +196,7 @@ impl<const D: usize> CutBodies<D> {
     /// they lie and lay, whatever is near them.
     fn find_reach(&mut self, domain: &Domain<D>, bodies: &[Body]) {
         let CutBodies { reach, before, h, .. } = self;
-        let tight = gap::unresolved(&domain.numerics) * *h;
+        let tight = gap::UNRESOLVED * *h;
         reach.find(&domain.grid, bodies, |k| {
             let (body, before) = (&bodies[k], &before[k]);
             let shape = body.shape();
@@ -247,9 +248,9 @@ impl<const D: usize> CutBodies<D> {
         cleared: bool,
         u: &VectorField<D>,
     ) {
-        let (grid, fluid, numerics) = (&domain.grid, &domain.fluid, &domain.numerics);
-        let resolved = numerics.resolved_layer * fluid.viscosity / (fluid.density * self.h);
-        let limit = Some((resolved, numerics.largest_profile));
+        let (grid, fluid) = (&domain.grid, &domain.fluid);
+        let resolved = RESOLVED_LAYER * fluid.viscosity / (fluid.density * self.h);
+        let limit = Some((resolved, LARGEST_PROFILE));
         let cuts = &mut self.bodies;
         Arch::new().dispatch(FindTargets { cuts, bodies, grid, u, limit, cleared });
         self.shared.share_targets(self.bodies.as_mut_slice(), cleared);
@@ -259,7 +260,7 @@ impl<const D: usize> CutBodies<D> {
     /// on, where no body moves.
     pub fn find_cubic(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
         let (grid, fluid) = (&domain.grid, &domain.fluid);
-        let creeping = domain.numerics.creeping_layer * fluid.viscosity / (fluid.density * self.h);
+        let creeping = CREEPING_LAYER * fluid.viscosity / (fluid.density * self.h);
         for (k, cut) in self.bodies.each_mut() {
             let CutBody { profiles, shares, stencils, cubic, .. } = cut;
             let flow = Flow { grid, u, bodies, k };

@@ -14,7 +14,6 @@ use crate::geometry::{
     fraction, images,
 };
 use crate::grid::{Grid, VectorField};
-use crate::numerics::Numerics;
 use crate::particles::Body;
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -128,7 +127,7 @@ pub struct CutBody<const D: usize> {
 
 impl<const D: usize> CutBody<D> {
     /// Those of bodies, on one rank.
-    pub fn all(grid: &Grid<D>, bodies: &[Body], h: f64, numerics: &Numerics) -> Vec<CutBody<D>> {
+    pub fn all(grid: &Grid<D>, bodies: &[Body], h: f64) -> Vec<CutBody<D>> {
         let mut known: Vec<(f64, Arc<[SurfacePoint]>)> = Vec::new();
         let points = |body: &Body| {
             let Some(radius) = neighbour::round(body) else {
@@ -143,7 +142,7 @@ impl<const D: usize> CutBody<D> {
         };
         let points: Vec<_> = bodies.iter().map(points).collect();
         let all = bodies.iter().zip(points);
-        all.map(|(body, points)| CutBody::new(grid, body.shape(), points, h, numerics)).collect()
+        all.map(|(body, points)| CutBody::new(grid, body.shape(), points, h)).collect()
     }
 
     /// One with room for all that a body can touch, with these points on its surface, its image
@@ -154,7 +153,6 @@ impl<const D: usize> CutBody<D> {
         shape: &dyn Shape,
         quadrature_points: Arc<[SurfacePoint]>,
         h: f64,
-        numerics: &Numerics,
     ) -> CutBody<D> {
         if shape.is_obstacle() {
             // It takes the room that it needs when it is first built.
@@ -162,7 +160,7 @@ impl<const D: usize> CutBody<D> {
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
         let own = if shape.is_round() { 0.0 } else { 1.0 };
-        let tight = shape.radius() + gap::unresolved(numerics) * h;
+        let tight = shape.radius() + gap::UNRESOLVED * h;
         let ghosts = fraction::most_middles(grid, tight);
         let points = quadrature_points.len();
         CutBody {
@@ -259,8 +257,7 @@ impl<const D: usize> CutBody<D> {
         let (grid, body, orientation) = (around.grid, &around.bodies[k], &around.orientation);
         let shape = body.shape();
         self.has_neighbours = around.has_neighbours(k);
-        let tight =
-            if self.has_neighbours { gap::unresolved(around.numerics) * around.h } else { 0.0 };
+        let tight = if self.has_neighbours { gap::UNRESOLVED * around.h } else { 0.0 };
         let bounds = shape.bounds(orientation).sup(&shape.bounds(&before.orientation));
         let reached = bounds.add_scalar(before.way.norm().max(tight)).add_scalar(BEYOND * around.h);
         if images(grid, body.shape(), &body.centre)

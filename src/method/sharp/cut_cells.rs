@@ -9,7 +9,7 @@
 //! ```
 
 use super::cut_body::{CutBody, GhostCell, OwnCell};
-use super::gap::{Surroundings, smooth_step, unresolved};
+use super::gap::{Surroundings, UNRESOLVED, smooth_step};
 use super::normal::{Foot, Normal};
 use super::seen::{Before, Feet, Known, Reach, SeenCell, Sight};
 use super::shared_cell::SharedCell;
@@ -48,7 +48,7 @@ impl<const D: usize> CutBody<D> {
         let (mut kept, mut feet) = (self.kept.take(), std::mem::take(&mut self.feet));
         if let Some(kept) = kept.as_mut().filter(|_| around.round.is_none()) {
             if !kept.sees {
-                let reach = self.reach(around, k, before, unresolved(around.numerics) * around.h);
+                let reach = self.reach(around, k, before, UNRESOLVED * around.h);
                 self.see_cells(around, k, before, bounds, &reach, |_, mut seen| {
                     seen.find_feet(around, k, &reach, &mut kept.feet, &mut feet.near);
                     kept.cells.push(seen);

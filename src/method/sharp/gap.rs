@@ -20,7 +20,7 @@ use super::normal::{Ahead, Foot, Normal};
 use super::profile::Parabola;
 use crate::geometry::{Nearest, Orientation, Shape};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
-use crate::numerics::Numerics;
+use crate::numerics::{BLENDING_WIDTH, IMAGE_POINT};
 use crate::particles::Body;
 use nalgebra::Vector3;
 use std::cell::Cell;
@@ -78,8 +78,6 @@ pub struct Surroundings<'a, const D: usize> {
     pub round: Option<f64>,
     /// The bodies near this one.
     pub near: &'a [Neighbour],
-    /// The numbers of the method.
-    pub numerics: &'a Numerics,
     /// The spacing that depths and image points count in (m).
     pub h: f64,
     /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by
@@ -100,16 +98,14 @@ pub struct Surroundings<'a, const D: usize> {
 
 /// Gap (spacings) beyond which nothing is felt of what lies there; with the cubic extrapolation
 /// that is what its third image point keeps off.
-pub fn reach(cubic: bool, numerics: &Numerics) -> f64 {
+pub fn reach(cubic: bool) -> f64 {
     let points = if cubic { 3.0 } else { 2.0 };
-    points * numerics.image_point + 1.5 * numerics.blending_width
+    points * IMAGE_POINT + 1.5 * BLENDING_WIDTH
 }
 
 /// Gap (spacings) below which the grid resolves no profile in it: the first image point would be as
 /// near to what lies across.
-pub fn unresolved(numerics: &Numerics) -> f64 {
-    numerics.image_point + 0.5 * numerics.blending_width
-}
+pub const UNRESOLVED: f64 = IMAGE_POINT + 0.5 * BLENDING_WIDTH;
 
 /// 0 below `from`, 1 above `to`, and smooth between.
 pub fn smooth_step(x: f64, from: f64, to: f64) -> f64 {
@@ -129,14 +125,13 @@ pub struct Shares {
 
 impl Shares {
     /// For a gap in spacings.
-    pub fn of(gap: f64, numerics: &Numerics) -> Shares {
-        let width = numerics.blending_width;
-        let (near, unresolved) = (reach(false, numerics), unresolved(numerics));
+    pub fn of(gap: f64) -> Shares {
+        let near = reach(false);
         if gap >= near {
             return Shares { full: 1.0, linear: 0.0, across: 0.0 };
         }
-        let full = smooth_step(gap, near - width, near);
-        let open = smooth_step(gap, unresolved - width, unresolved);
+        let full = smooth_step(gap, near - BLENDING_WIDTH, near);
+        let open = smooth_step(gap, UNRESOLVED - BLENDING_WIDTH, UNRESOLVED);
         Shares { full, linear: open - full, across: 1.0 - open }
     }
 
@@ -185,7 +180,7 @@ impl<const D: usize> Surroundings<'_, D> {
 
     /// The second image point along a normal, and how far out that is (m).
     fn second_point(&self, normal: &Normal) -> (Vector3<f64>, f64) {
-        let out = 2.0 * self.numerics.image_point * self.h;
+        let out = 2.0 * IMAGE_POINT * self.h;
         (normal.foot + out * normal.n, out)
     }
 
@@ -227,7 +222,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// friction leaves in half a step.
     pub fn flow(&self, width: f64) -> (f64, f64) {
         let gap = (width / self.h).max(1e-6);
-        let share = Shares::of(gap, self.numerics).across;
+        let share = Shares::of(gap).across;
         if share == 0.0 {
             return (0.0, 0.0);
         }
@@ -241,7 +236,7 @@ impl<const D: usize> Surroundings<'_, D> {
     pub fn width_at(&self, k: usize, arm: &Vector3<f64>, own: f64) -> f64 {
         let mut other = f64::INFINITY;
         // Beyond that there is no gap that the grid does not resolve.
-        let most = unresolved(self.numerics) * self.h - own;
+        let most = UNRESOLVED * self.h - own;
         for near in self.near.iter().filter(|near| !near.is_beyond(arm, most)) {
             other = other.min(near.distance(self.bodies, arm));
         }
@@ -275,7 +270,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// is at the signed distance `s` (m), to have a share in it: the blending width, or as much as
     /// the cell is deep.
     pub fn beside_nearest(&self, s: f64) -> f64 {
-        (self.numerics.blending_width * self.h).min(-s)
+        (BLENDING_WIDTH * self.h).min(-s)
     }
 
     /// The share, before all are brought to a sum of one, of one of the faces' feet in such a cell:
@@ -299,7 +294,8 @@ impl<const D: usize> Surroundings<'_, D> {
     /// wall: 1 where no other is as near, 0 where one is much nearer, and one half where another
     /// one is at the same distance.
     pub fn ownership(&self, arm: &Vector3<f64>, own: f64) -> f64 {
-        let (band, mut owned) = (self.numerics.blending_width * self.h, 1.0);
+        let band = BLENDING_WIDTH * self.h;
+        let mut owned = 1.0;
         for near in self.near {
             if near.mirror.is_some() || near.is_beyond(arm, own + band) {
                 continue;
@@ -320,7 +316,7 @@ impl<const D: usize> Surroundings<'_, D> {
         let within = |a: usize, side: usize| {
             let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
             matches!(self.boundaries.kinds[a][side], Some(BoundaryKind::Velocity(_)))
-                && from.abs() < bounds[a] + unresolved(self.numerics) * self.h
+                && from.abs() < bounds[a] + UNRESOLVED * self.h
         };
         !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
     }

@@ -13,6 +13,7 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::{BoundaryKind, Grid, VectorField};
 use crate::method::vector;
+use crate::numerics::{DEFECT_DECAY, DEFECT_TIME};
 use crate::particles::{Body, gap, nearest_image};
 use crate::petsc::LogStage;
 use crate::state::{BodyHistory, Exchange, State};
@@ -271,9 +272,7 @@ impl<const D: usize> Sharp<D> {
         }
         self.share_defect_of_joined();
         self.share_force_defect(domain, &s.bodies);
-        let take_in = (numbers.courant / domain.numerics.defect_time
-            + domain.numerics.defect_decay * numbers.diffusion)
-            .min(1.0);
+        let take_in = (numbers.courant / DEFECT_TIME + DEFECT_DECAY * numbers.diffusion).min(1.0);
         for (motion, BodyHistory { filtered_defect, undelivered, .. }) in
             self.motions.iter().zip(histories.iter_mut())
         {
@@ -319,7 +318,7 @@ impl<const D: usize> Sharp<D> {
             for &j in cut.near.near[i].iter().filter(|j| **j > i) {
                 let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &cut.periods);
                 let (n, gap) = gap(&bodies[i], &bodies[j], &apart);
-                let share = Shares::of(gap / cut.h, &domain.numerics).across;
+                let share = Shares::of(gap / cut.h).across;
                 let free = [i, j].map(|k| bodies[k].freedom().is_some());
                 let along = share * (motions[i].force_defect - motions[j].force_defect).dot(&n);
                 let (of_i, of_j) = match free {
@@ -344,8 +343,7 @@ impl<const D: usize> Sharp<D> {
                 };
                 let centre = bodies[i].centre[a];
                 let distance = if side == 0 { centre } else { domain.grid.size[a] - centre };
-                let share = Shares::of(spans * (distance - reach[a]) / cut.h, &domain.numerics)
-                    .across
+                let share = Shares::of(spans * (distance - reach[a]) / cut.h).across
                     * motions[i].force_defect[a];
                 motions[i].force_defect[a] -= share;
                 self.passed_on[a] += share;

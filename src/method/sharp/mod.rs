@@ -103,7 +103,7 @@ use crate::domain::Domain;
 use crate::geometry::{Cut, Overlap};
 use crate::grid::VectorField;
 use crate::kernels::faces::FaceCoefficient;
-use crate::numerics::Numerics;
+use crate::numerics::IMAGE_POINT;
 use crate::particles::{Accelerations, Body};
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
@@ -183,10 +183,10 @@ impl StepNumbers {
 
 /// The spacing that image points count in (m), and the layers of ghosts that they need, on a grid
 /// of the spacings `h` (m): no axis may have fewer cells.
-pub fn ghost_width(h: &[f64], numerics: &Numerics) -> (f64, usize) {
+pub fn ghost_width(h: &[f64]) -> (f64, usize) {
     let least = h.iter().copied().fold(f64::INFINITY, f64::min);
     let most = h.iter().copied().fold(0.0, f64::max).min(2.0 * least);
-    let reach = PROFILE_DEPTH + 2.0 * numerics.image_point;
+    let reach = PROFILE_DEPTH + 2.0 * IMAGE_POINT;
     (most, 2 + (reach * most / least - 1e-9).ceil() as usize)
 }
 

@@ -10,7 +10,7 @@ use crate::clock::Stage;
 use crate::contact::Impulse;
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
-use crate::numerics::Numerics;
+use crate::numerics::SLOPE_IMAGE_POINT;
 use crate::particles::{Accelerations, Body, Inertia};
 use crate::petsc::LogStage;
 use crate::state::{BodyHistory, Exchange, State};
@@ -110,7 +110,7 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<()> {
-        let unit = (domain.fluid.viscosity / self.cut.h, slope_weights(&domain.numerics));
+        let unit = (domain.fluid.viscosity / self.cut.h, slope_weights());
         let histories = &history(&mut s.surfaces)?.bodies;
         for (k, (accelerations, history)) in
             self.work.accelerations.iter_mut().zip(histories).enumerate()
@@ -131,10 +131,8 @@ impl<const D: usize> Sharp<D> {
 
     /// Moves the bodies on by `dt` (s), through contacts where there are any.
     fn advance_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
-        let (periods, unit) = (
-            self.cut.periods,
-            (domain.fluid.viscosity / self.cut.h, slope_weights(&domain.numerics)),
-        );
+        let (periods, unit) =
+            (self.cut.periods, (domain.fluid.viscosity / self.cut.h, slope_weights()));
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (body, history) in
             s.bodies.iter_mut().zip(histories).filter(|(body, _)| body.freedom().is_some())
@@ -174,7 +172,7 @@ impl<const D: usize> Sharp<D> {
         self.find_displaced(domain, &s.bodies)?;
         let forces = surface_forces(domain, &self.cut, s, &mut self.work.sums)?;
         let (fluid, h) = (&domain.fluid, self.cut.h);
-        let unit = (fluid.viscosity / h, slope_weights(&domain.numerics));
+        let unit = (fluid.viscosity / h, slope_weights());
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, forces) in forces.iter().enumerate() {
             let SurfaceForces { pressure, shear, shear_torque: torque, pressure_torque } = *forces;
@@ -235,7 +233,7 @@ impl<const D: usize> Sharp<D> {
     ) {
         for (k, (motion, body)) in self.motions.iter().zip(bodies).enumerate() {
             let Some(freedom) = body.freedom() else { continue };
-            let unit = (domain.fluid.viscosity / self.cut.h, slope_weights(&domain.numerics));
+            let unit = (domain.fluid.viscosity / self.cut.h, slope_weights());
             let inertia = turning(body, &motion.surface_moments, unit, dt);
             let contacts = self.contacts.as_ref();
             let impulse = contacts.map_or_else(Impulse::default, |contacts| contacts.impulses()[k]);
@@ -261,8 +259,8 @@ impl<const D: usize> Sharp<D> {
 
 /// Sum of the weights of the slope at the surface: that of a velocity which is 1 at all image
 /// points (over a spacing).
-fn slope_weights(numerics: &Numerics) -> f64 {
-    profile::slope(numerics.slope_image_point).iter().sum()
+fn slope_weights() -> f64 {
+    profile::slope(SLOPE_IMAGE_POINT).iter().sum()
 }
 
 /// What the wall shear takes back of a change of a body's velocity (N s/m) and spin (N m s) within

@@ -30,6 +30,7 @@ use super::image_point::{ImagePoint, Lattice};
 use super::normal::{Line, Normal};
 use super::profile;
 use crate::grid::Grid;
+use crate::numerics::{BLENDING_WIDTH, IMAGE_POINT, SLOPE_IMAGE_POINT};
 use nalgebra::Vector3;
 
 /// No number.
@@ -158,9 +159,8 @@ impl<const D: usize> Stencils<D> {
         let h = around.h;
         let gap = around.gap(&image.centre, normal);
         let clear = around.clear_of_corners(normal, gap.width);
-        let share = Shares::of(gap.width / h, around.numerics).beside_corner(clear);
-        let first_point = around.numerics.image_point;
-        let [d1, d2] = [first_point * h, 2.0 * first_point * h];
+        let share = Shares::of(gap.width / h).beside_corner(clear);
+        let [d1, d2] = [IMAGE_POINT * h, 2.0 * IMAGE_POINT * h];
         let near = h.min(0.5 * gap.width);
         // In a gap no further than the mirror image: more would feed back through the faces between
         // the two.
@@ -186,16 +186,15 @@ impl<const D: usize> Stencils<D> {
         let gap = around.gap(&image.centre, normal);
         let clear = around.clear_of_corners(normal, gap.width);
         let (s, gap) = (s / around.h, gap.width / around.h);
-        let (point, fading) = (around.numerics.image_point, around.numerics.blending_width);
         // As deep as the first image point is far, it needs no more ghosts than the parabola.
-        let shallow = 1.0 - smooth_step(-s, point, point + fading);
+        let shallow = 1.0 - smooth_step(-s, IMAGE_POINT, IMAGE_POINT + BLENDING_WIDTH);
         // Its third image point keeps off what lies across.
-        let from = 3.0 * point + 0.5 * fading;
-        let part = clear * shallow * smooth_step(gap, from, from + fading);
+        let from = 3.0 * IMAGE_POINT + 0.5 * BLENDING_WIDTH;
+        let part = clear * shallow * smooth_step(gap, from, from + BLENDING_WIDTH);
         if part == 0.0 {
             return None;
         }
-        let places = [1.0, 2.0, 3.0].map(|n| n * point);
+        let places = [1.0, 2.0, 3.0].map(|n| n * IMAGE_POINT);
         let factors = profile::cubic(s, places)?;
         let image_points: [_; 3] =
             std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
@@ -227,9 +226,9 @@ impl<const D: usize> Stencils<D> {
     pub fn slope(&mut self, around: &Surroundings<D>, image: &Image, normal: &Normal) -> Stencil {
         let h = around.h;
         let gap = around.gap(&image.centre, normal);
-        let share = Shares::of(gap.width / h, around.numerics);
-        let distance = around.numerics.slope_image_point;
-        let (e, near) = (distance * h, h.min(0.5 * gap.width));
+        let share = Shares::of(gap.width / h);
+        let e = SLOPE_IMAGE_POINT * h;
+        let near = h.min(0.5 * gap.width);
         let [one, two, three] = around.slope.map(|factor| share.full * factor / h);
         let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
         let image_points = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];

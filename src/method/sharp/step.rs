@@ -9,6 +9,10 @@ use crate::grid::VectorField;
 use crate::kernels::boundary::{self, Sides};
 use crate::kernels::faces;
 use crate::method::stabilised::Finish;
+use crate::numerics::{
+    CORRECTION_COURANT, CORRECTION_DECAY_CUT_2D, CORRECTION_DECAY_CUT_3D, CORRECTION_DECAY_FIXED,
+    CORRECTION_DECAY_OPEN, PRESSURE_TIME,
+};
 use crate::particles::{Body, all_fixed};
 use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
@@ -28,20 +32,19 @@ impl<const D: usize> Sharp<D> {
         let [speed, crowded] = [most[0], most[1]];
         let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
         let (courant, diffusion) = (dt * speed / h, nu * dt / (h * h));
-        let (rest, numerics) = (all_fixed(&s.bodies), &domain.numerics);
+        let rest = all_fixed(&s.bodies);
         // Of cells that are longer one way it goes by the way that they are short: what faces
         // remember is of that size.
         let least = domain.grid.h.iter().copied().fold(h, f64::min);
         let kept = |decay: f64| {
-            1.0 - (courant / numerics.correction_courant + decay * diffusion * (h / least).powi(2))
-                .min(1.0)
+            1.0 - (courant / CORRECTION_COURANT + decay * diffusion * (h / least).powi(2)).min(1.0)
         };
         let [cut, open] = match (rest, D) {
-            (true, _) => [numerics.correction_decay_fixed; 2],
-            (false, 3) => [numerics.correction_decay_cut_3d, numerics.correction_decay_open],
-            (false, _) => [numerics.correction_decay_cut_2d, numerics.correction_decay_open],
+            (true, _) => [CORRECTION_DECAY_FIXED; 2],
+            (false, 3) => [CORRECTION_DECAY_CUT_3D, CORRECTION_DECAY_OPEN],
+            (false, _) => [CORRECTION_DECAY_CUT_2D, CORRECTION_DECAY_OPEN],
         };
-        let short = (numerics.pressure_time / diffusion).min(numerics.correction_courant / courant);
+        let short = (PRESSURE_TIME / diffusion).min(CORRECTION_COURANT / courant);
         let own = if rest { short.min(1.0) } else { 1.0 };
         let (keep, keep_open, crowded) = (kept(cut), kept(open), crowded > 0.0);
         Ok(StepNumbers { courant, diffusion, keep, keep_open, own, crowded })

@@ -1,7 +1,7 @@
 //! A measure that a case asks for: samples in time, of which one number becomes.
 
 use super::kinds::{Becomes, View, frequency, kind, period, place};
-use super::{Measure, Remark, Sample};
+use super::{Remark, Sample};
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{self, Case, MeasureKind, When};
@@ -204,7 +204,7 @@ impl Series {
 
     /// The measure's value; `None` where the samples do not give one (no steps in its window, no
     /// oscillation, no contact).
-    pub(super) fn found_so_far(&self) -> Option<f64> {
+    pub fn value(&self) -> Option<f64> {
         if self.found.is_some() || self.measure.when.is_some() {
             return self.found;
         }
@@ -242,16 +242,22 @@ impl Series {
     }
 }
 
-impl<const D: usize> Measure<D> for Series {
-    fn name(&self) -> &str {
+impl Series {
+    /// Its name in `summary.json`.
+    pub fn name(&self) -> &str {
         &self.measure.name
     }
 
-    fn unit(&self) -> &str {
-        self.measure.kind.unit(D)
+    /// Its unit; empty where it has none.
+    pub fn unit(&self, dimension: usize) -> &'static str {
+        self.measure.kind.unit(dimension)
     }
 
-    fn take(&mut self, scene: &Scene<D>, largest_speed: f64) -> Result<()> {
+    /// Takes the state after a step, in which the fluid's largest speed was this (m/s). Collective.
+    ///
+    /// # Errors
+    /// When ranks cannot sum.
+    pub fn take<const D: usize>(&mut self, scene: &Scene<D>, largest_speed: f64) -> Result<()> {
         let (state, contacts) = (&scene.state, scene.method.contacts());
         let (deepest, touched) = contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
         let step = Sample {
@@ -272,15 +278,13 @@ impl<const D: usize> Measure<D> for Series {
         Ok(())
     }
 
-    fn value(&self) -> Option<f64> {
-        self.found_so_far()
+    /// The value beside a reference, where there is one.
+    pub fn comparison(&self) -> Option<Comparison> {
+        Comparison::of(&self.measure, self.value())
     }
 
-    fn comparison(&self) -> Option<Comparison> {
-        Comparison::of(&self.measure, self.found_so_far())
-    }
-
-    fn remark(&self) -> Option<Remark> {
+    /// What a reader has to know of the value.
+    pub fn remark(&self) -> Option<Remark> {
         if self.measure.kind == MeasureKind::TerminalSpeed {
             let part = fit::steadiest_quarter(&self.samples)?;
             let varies = percent(part.variation);
@@ -307,11 +311,11 @@ impl<const D: usize> Measure<D> for Series {
         let (first, last) = (self.samples.first()?, self.samples.last()?);
         let middle = 0.5 * (first.0 + last.0);
         let at = self.samples.partition_point(|sample| sample.0 <= middle);
-        let (value, began) = (self.found_so_far()?, self.samples.get(at.checked_sub(1)?)?.0);
+        let (value, began) = (self.value()?, self.samples.get(at.checked_sub(1)?)?.0);
         let later = self.value_of(&self.samples[at..], began)?;
         let differs = (value - later).abs() > STEADY * value.abs().max(later.abs());
-        // A lift is small beside the drag that scales it.
-        let small = (value - later).abs() <= STEADY && self.measure.kind.unit(D).is_empty();
+        // A lift is small beside the drag that scales it. Coefficients have no unit in 3D either.
+        let small = (value - later).abs() <= STEADY && self.measure.kind.unit(2).is_empty();
         (differs && !small).then(|| Remark {
             doubt: true,
             words: format!(

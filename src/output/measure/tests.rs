@@ -79,7 +79,7 @@ fn morison_fit_recovers_coefficients() {
             .iter_mut()
             .for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
     }
-    let values: Vec<f64> = series.iter().map(|s| s.found_so_far().unwrap()).collect();
+    let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
     assert!((values[0] - 2.1).abs() < 1e-12 && (values[1] - 1.4).abs() < 1e-12, "{values:?}");
 }
 
@@ -95,7 +95,7 @@ fn mean_force_is_time_weighted() {
             s.sample(&at(time, &[pushed(Vector3::new(force, 0.0, 0.0))], &bodies), 0.0)
         });
     }
-    let [force, speed] = [0, 1].map(|n: usize| series[n].found_so_far().unwrap());
+    let [force, speed] = [0, 1].map(|n: usize| series[n].value().unwrap());
     assert!(
         (force - (4.0 * 0.2 + 0.5) / 0.7).abs() < 1e-14 && (speed - 2.0).abs() < 1e-14,
         "{force} {speed}"
@@ -111,7 +111,7 @@ fn maximum_coefficients_within_time_window() {
         series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], &[disc()]), 0.0));
     }
     // In units of 0.5 rho U^2 d = 1.8 N.
-    let values: Vec<f64> = series.iter().map(|s| s.found_so_far().unwrap()).collect();
+    let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
     assert!(values.iter().zip([2.0, 0.1, 1.5]).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
     let kept: Vec<usize> = series.iter().map(|s| s.samples.len()).collect();
     assert_eq!(kept, [1, 1, 3], "a mean needs all samples, the largest itself");
@@ -135,7 +135,7 @@ fn position_measure_at_passing_and_first_contact() {
             .iter_mut()
             .for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
     }
-    let values: Vec<_> = series.iter().map(Series::found_so_far).collect();
+    let values: Vec<_> = series.iter().map(Series::value).collect();
     assert!(
         (values[0].unwrap() - 0.25).abs() < 1e-12,
         "on the way down, between two steps: {values:?}"
@@ -163,7 +163,7 @@ fn measures_of_height_fastest_particle_and_overlap() {
     let mut bodies = [body(5.0, 9.0, 0.1), body(1.0, -3.0, 7.0), body(3.0, 20.0, -0.2)];
     bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
     series.iter_mut().for_each(|s| s.sample(&at(2.0, &[], &bodies), 0.0));
-    let values: Vec<f64> = series.iter().map(|s| s.found_so_far().unwrap()).collect();
+    let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
     let expected = [3.0, 2.5, 0.2, 2e-3];
     assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
 }
@@ -172,7 +172,7 @@ fn measures_of_height_fastest_particle_and_overlap() {
 fn measures_of_falling_and_landing_body() {
     let mut series =
         of_kinds(&["largest_speed", "position_y", "velocity_y", "spin", "contact_start"]);
-    assert!(series.iter().all(|s| s.found_so_far().is_none()));
+    assert!(series.iter().all(|s| s.value().is_none()));
     let mut body = disc();
     // Before the window, in it, at the bottom, and at rest without a force.
     for (time, speed, force) in
@@ -186,7 +186,7 @@ fn measures_of_falling_and_landing_body() {
             .iter_mut()
             .for_each(|s| s.sample(&at(time, &[exchange], std::slice::from_ref(&body)), 0.0));
     }
-    let values: Vec<f64> = series.iter().map(|s| s.found_so_far().unwrap()).collect();
+    let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
     let expected = [3.0, 8.0 - 1.4, -(2.5 + 1.5) / 3.0, 0.5, 3.0];
     assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
 }
@@ -205,10 +205,10 @@ fn measures_of_turning_body() {
         body.spin.z = spin(body.angle);
         let sample = at(time, &[], std::slice::from_ref(&body));
         series.iter_mut().for_each(|s| s.sample(&sample, 0.0));
-        half_turn = half_turn.or(series[0].found_so_far());
+        half_turn = half_turn.or(series[0].value());
         body.angle += dt * spin(body.angle + 0.5 * dt * body.spin.z);
     }
-    let values: Vec<f64> = series.iter().map(|s| s.found_so_far().unwrap()).collect();
+    let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
     let period = 2.0 * PI * (r + 1.0 / r) / rate;
     assert!((half_turn.unwrap() - period).abs() < 3e-3, "the first: {half_turn:?} {period}");
     let expected = [period, 0.8 * rate, 0.2 * rate, body.angle];
@@ -223,7 +223,7 @@ fn reference_length_of_coefficient_and_strouhal_number() {
         let exchange = pushed(Vector3::new(3.6, (2.0 * PI * 2.5 * time).sin(), 0.0));
         series.iter_mut().for_each(|s| s.sample(&at(time, &[exchange], &[disc()]), 0.0));
     }
-    let values: Vec<f64> = series.iter().map(|s| s.found_so_far().unwrap()).collect();
+    let values: Vec<f64> = series.iter().map(|s| s.value().unwrap()).collect();
     assert!((values[0] - 1.0).abs() < 1e-12, "3.6 N over 0.5 rho U^2 0.4 m: {values:?}");
     assert!((values[1] - 2.5 * 0.4 / 3.0).abs() < 1e-3, "{values:?}");
 }

@@ -2,6 +2,7 @@
 //! of a case.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use serde::de::DeserializeOwned;
 
@@ -132,6 +133,15 @@ pub fn written(text: &str) -> Result<Case, String> {
     checked(&document, Path::new(""), &[])
         .map(|(case, _)| case)
         .map_err(|Fault { key, message }| format!("{key}: {message}"))
+}
+
+/// A case from the text of a case file. Files that it names are found from the present folder.
+impl FromStr for Case {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Case> {
+        written(text).map_err(Error::Usage)
+    }
 }
 
 /// The dimension and the bodies of the case that a run wrote out, from its text.

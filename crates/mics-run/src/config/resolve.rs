@@ -78,7 +78,6 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         coupling: raw.coupling,
         pressure: raw.pressure,
         petsc: raw.petsc,
-        numerics: raw.numerics,
         statistics: raw.statistics,
         probe: raw.probe,
         fluid,

@@ -5,9 +5,9 @@ use super::raw::obstacle::Wall;
 use super::raw::shape::solid::Shape;
 use super::raw::{
     Advection, Axis, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock,
-    MeanVelocity, MeasureKind, Numerics, Orientation, Oscillation, Petsc, Preset, Pressure, Probe,
-    Reference, Region, Removed, Scheme, Section, Side, Statistics, Stiffness, Substeps,
-    TangentialDamping, When,
+    MeanVelocity, MeasureKind, Orientation, Oscillation, Petsc, Preset, Pressure, Probe, Reference,
+    Region, Removed, Scheme, Section, Side, Statistics, Stiffness, Substeps, TangentialDamping,
+    When,
 };
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -43,8 +43,6 @@ pub struct Case {
     pub pressure: Pressure,
     /// Raw PETSc options.
     pub petsc: Petsc,
-    /// The numbers of the method.
-    pub numerics: Numerics,
     /// What `summary.json` reports.
     pub measure: Vec<Measure>,
     /// Means over time.

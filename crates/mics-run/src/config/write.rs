@@ -114,7 +114,6 @@ fn file(case: &Case) -> raw::Case {
         },
         pressure: case.pressure.clone(),
         petsc: case.petsc.clone(),
-        numerics: case.numerics,
         measure: case.measure.iter().map(|m| measure(m, case)).collect(),
         statistics: case.statistics.clone(),
         probe: case.probe.clone(),

@@ -11,7 +11,6 @@ mod coupling;
 mod drive;
 mod measure;
 mod measure_kind;
-mod numerics;
 pub mod obstacle;
 mod orientation;
 mod output;
@@ -33,7 +32,6 @@ pub use coupling::{
 pub use drive::{Axis, Drive, MeanVelocity};
 pub use measure::{Measure, Reference, When, Which};
 pub use measure_kind::MeasureKind;
-pub use numerics::Numerics;
 pub use obstacle::{Heights, Moved, Obstacle, Outlines, Surface};
 pub use orientation::{About, By, Orientation};
 pub use output::{Cadence, Checkpoints, FixedRows, Output, Removed, Section};
@@ -99,9 +97,6 @@ pub struct Case {
     /// Raw PETSc options.
     #[serde(default)]
     pub petsc: Petsc,
-    /// Numbers of the method, for experiments.
-    #[serde(default, skip_serializing_if = "Numerics::is_default")]
-    pub numerics: Numerics,
     /// What `summary.json` reports.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measure: Vec<Measure>,

@@ -59,7 +59,6 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         long_cells(case)?;
     }
     time(case)?;
-    case.numerics.check()?;
     planes(case)?;
     pressure(&case.pressure)
 }
