@@ -1,5 +1,5 @@
 //! How far a run is: one record, at most one a second, shown as a bar on a terminal, as a line now
-//! and then elsewhere, and kept in `progress.jsonl`, which `mics watch` ([`super::watch`]) follows.
+//! and then elsewhere, and kept in `progress.jsonl`.
 //!
 //! ```text
 //!   left = (end - t)/pace      pace: flow time a second, a mean that forgets over the last third
@@ -16,27 +16,28 @@ use mics_run::progress::{FILE, Record};
 use serde_json::{Map, Value};
 use std::fs::File;
 use std::io::{ErrorKind, IsTerminal, Read as _, Seek as _, SeekFrom, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Least time between two records.
-pub(super) const RECORD_EVERY: Duration = Duration::from_secs(1);
+const RECORD_EVERY: Duration = Duration::from_secs(1);
 /// Time between plain lines.
-pub(super) const LINE_EVERY: Duration = Duration::from_secs(5);
+const LINE_EVERY: Duration = Duration::from_secs(5);
 /// The part of the seconds spent over which the pace forgets.
 const MEMORY: f64 = 1.0 / 3.0;
 
 /// A bar, where standard error is a terminal that can draw one.
-pub(super) fn bar() -> Option<ProgressBar> {
+fn bar() -> Option<ProgressBar> {
     let draws = std::io::stderr().is_terminal()
         && std::env::var_os("TERM").is_none_or(|term| term != "dumb");
     draws.then(|| {
-        let style = ProgressStyle::with_template("{prefix}{bar:20} {percent:>3} %  {msg}");
+        let style = ProgressStyle::with_template("{bar:20} {percent:>3} %  {msg}");
         ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
     })
 }
 
-pub(super) fn show(bar: &ProgressBar, record: &Record) {
+/// Shows a record on a bar.
+fn show(bar: &ProgressBar, record: &Record) {
     bar.set_position((1000.0 * record.done()) as u64);
     bar.set_message(record.describe());
 }
@@ -174,6 +175,36 @@ impl Progress {
             // One write a line, so that a reader meets whole lines.
             let _ = file.write_all((text + "\n").as_bytes());
         }
+    }
+}
+
+/// The bar of a run that ranks compute which this process has started.
+pub struct Glance {
+    run: PathBuf,
+    bar: ProgressBar,
+    looked: Instant,
+}
+
+impl Glance {
+    /// The bar of the run in a folder, which need not be there yet; `None` where standard error is
+    /// no terminal that can draw it.
+    pub fn at(run: &Path) -> Option<Glance> {
+        bar().map(|bar| Glance { run: run.to_owned(), bar, looked: Instant::now() })
+    }
+
+    /// Shows the newest record, once a second.
+    pub fn look(&mut self) {
+        if self.looked.elapsed() < RECORD_EVERY {
+            return;
+        }
+        self.looked = Instant::now();
+        let newest = Record::newest(&self.run).filter(|newest| newest.status == "running");
+        newest.iter().for_each(|newest| show(&self.bar, newest));
+    }
+
+    /// Takes the bar away.
+    pub fn close(&self) {
+        self.bar.finish_and_clear();
     }
 }
 
