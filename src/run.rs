@@ -1,7 +1,6 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule
 //! and its end.
 
-mod collapse;
 mod ended;
 mod energy_bound;
 mod export;
@@ -10,7 +9,6 @@ mod passage;
 mod record;
 mod restart;
 mod summary;
-mod symmetry;
 mod time_loop;
 
 use crate::check::{check_memory, expected_rest};

@@ -177,13 +177,6 @@ fn wall_layer(case: &Case) -> Vec<String> {
     [Some(line), warning].into_iter().flatten().collect()
 }
 
-/// The body that is held in the fastest stream for its size, its Reynolds number, diameter (m)
-/// and speed (m/s).
-pub(crate) fn wake(case: &Case) -> Option<(String, f64, f64, f64)> {
-    let layer = Layer::thinnest(case).filter(|layer| !layer.falls)?;
-    Some((case.called(layer.particle), layer.reynolds, layer.diameter, layer.speed))
-}
-
 /// The boundary layer, where the grid does not resolve it, and how many cells would.
 pub(crate) fn thin_layer(case: &Case) -> Option<String> {
     let (whose, needed, there, thickness, h) = match (Layer::thinnest(case), Walls::thinnest(case))

@@ -26,7 +26,7 @@ use crate::{Error, Result};
 use blocked::{refuse_shut, shut};
 pub use estimate::expected_rest;
 use estimate::later_step;
-pub(crate) use layer::{thin_layer, wake};
+pub(crate) use layer::thin_layer;
 pub use memory::check_memory;
 use mics_run::print;
 use path::{locked_into, run_into};
