@@ -41,7 +41,8 @@ pub fn describe_box<const D: usize>(case: &Case, h: &[f64; D]) -> Vec<String> {
         let x = ["x", "y", "z"][axis];
         lines.push(format!(
             "note         nothing holds this periodic box along {x}: fluid and particles \
-            accelerate by the particles' weight; drive.hold_mixture = true carries it"
+            accelerate by the particles' weight; drive.mean_velocity = {{ axis = \"{x}\", value = \
+            0.0 }} holds it"
         ));
     }
     lines.extend(

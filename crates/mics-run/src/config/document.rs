@@ -45,6 +45,20 @@ const TABLES: [&str; 12] = [
     "output",
 ];
 
+/// Keys of earlier versions, each with what takes its place; a list is passed over on the way.
+const GONE: [(&str, &str); 2] = [
+    (
+        "time.upwinding",
+        "advection is upwinded in full, as it was without this key: leave it out, and use more \
+        cells where small eddies are damped",
+    ),
+    (
+        "drive.hold_mixture",
+        "hold the mean velocity of fluid and particles in its place, as in drive.mean_velocity = \
+        { axis = \"y\", value = 0.0 }",
+    ),
+];
+
 /// A parsed case file with its overrides and what its preset fills in.
 pub(super) struct Document<'a> {
     text: &'a str,
@@ -112,6 +126,12 @@ impl<'a> Document<'a> {
 
     /// The case that it describes, not yet checked.
     pub(super) fn to_case(&self) -> Result<Case, Fault> {
+        for (path, instead) in GONE {
+            let keys: Vec<_> = path.split('.').collect();
+            if let Some(key) = given(self.root.get_ref(), &keys) {
+                return Err(Fault { key, message: instead.to_owned() });
+            }
+        }
         self.to(&TABLES)
     }
 
@@ -242,6 +262,26 @@ fn merge<'a>(
         }
     };
     merge(next, below, keys, depth + 1, end)
+}
+
+/// Where a node has a value at these keys, in one of the entries where it is a list.
+fn given(node: &DeValue, keys: &[&str]) -> Option<String> {
+    let below = |own: &str, value: &Spanned<DeValue>, rest: &[&str]| {
+        if rest.is_empty() {
+            return Some(own.to_owned());
+        }
+        given(value.get_ref(), rest).map(|key| format!("{own}.{key}"))
+    };
+    match node {
+        DeValue::Table(table) => {
+            let (own, rest) = keys.split_first()?;
+            below(own, table.get(*own)?, rest)
+        }
+        DeValue::Array(list) => {
+            list.iter().enumerate().find_map(|(i, value)| below(&i.to_string(), value, keys))
+        }
+        _ => None,
+    }
 }
 
 /// The deepest value that has this span, or whose key has, and the way to it.
