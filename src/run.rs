@@ -11,7 +11,7 @@ mod restart;
 mod summary;
 mod time_loop;
 
-use crate::check::{check_memory, expected_rest};
+use crate::check::check_memory;
 use crate::config::{Case, Loaded};
 use crate::interrupt::Interrupt;
 use crate::launch::Work;
@@ -221,8 +221,7 @@ impl<'a, const D: usize> Run<'a, D> {
         self.added.begin(&self.out, &mut self.scene, kept)?;
         self.write_run(None)?;
         self.say_what_begins()?;
-        let rest = expected_rest(self.case, &self.scene.limits()?);
-        self.progress.begin(self.scene.state.steps, self.scene.state.time, rest);
+        self.progress.begin(self.scene.state.steps, self.scene.state.time);
         self.before = (self.scene.state.steps, self.session.traffic());
         let result = self.advance();
         let (status, result) = match result {
