@@ -74,7 +74,7 @@ fn fluid<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
     let mut group = c.benchmark_group("fluid");
     group.throughput(Throughput::Elements(grid.total_cells() as u64));
     group.bench_function(BenchmarkId::new("advection-diffusion", &size), |b| {
-        let carrier = Carrier { now: &scene.state.faces, before: None, upwinding: 1.0 };
+        let carrier = Carrier { now: &scene.state.faces, before: None };
         b.iter(|| {
             upwind5(
                 &grid,

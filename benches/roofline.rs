@@ -72,7 +72,7 @@ fn passes<const D: usize>(session: &Session, text: &str, bandwidth: f64) {
     for (name, fresh, numbers) in
         [("first stage of the momentum", true, 3 * D), ("a later stage", false, 4 * D)]
     {
-        let carrier = Carrier { now: &state.faces, before: None, upwinding: 1.0 };
+        let carrier = Carrier { now: &state.faces, before: None };
         let u = &state.u;
         row(name, cells, numbers, bandwidth, || {
             upwind5(&grid, &carrier, u, 0.01, 0.5, fresh, &mut rate, &mut fluxes)

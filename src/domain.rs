@@ -6,7 +6,6 @@ use crate::drive::{self, Drive, Driving};
 use crate::force::Forces;
 use crate::grid::{Boundaries, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
-use crate::particles::Body;
 use crate::petsc::Session;
 use crate::poisson::pressure::{Coupled, Projected, Projection};
 use crate::state::State;
@@ -58,11 +57,10 @@ impl<const D: usize> Domain<D> {
         }
     }
 
-    /// The force of the drive on the fluid (N/m3) before the first step, among these bodies; `None`
-    /// where nothing drives it.
-    pub fn drive_at_start(&self, bodies: &[Body]) -> Option<Vector3<f64>> {
-        let volume = drive::box_volume(&self.grid);
-        self.drive.map(|drive| drive.at_start(bodies, self.fluid.density, volume))
+    /// The force of the drive on the fluid (N/m3) before the first step; `None` where nothing
+    /// drives it.
+    pub fn drive_at_start(&self) -> Option<Vector3<f64>> {
+        self.drive.as_ref().map(Drive::at_start)
     }
 
     /// What a body does not feel (N) of a force on the fluid (N/m3) that its cells have taken up.
@@ -112,21 +110,13 @@ impl<const D: usize> Domain<D> {
         dt: f64,
     ) -> Result<Projected> {
         let inverse_mass = self.hold(beta, std::iter::empty())?;
-        let Domain { session, grid, boundaries, projection, drive, fluid, .. } = self;
-        let State { p, faces, bodies, drive: force, .. } = s;
+        let Domain { session, grid, boundaries, projection, drive, .. } = self;
+        let State { p, faces, drive: force, .. } = s;
         let Some((drive, force)) = drive.as_ref().zip(force.as_mut()) else {
             return projection.project(grid, boundaries, beta, dt, p, faces, None);
         };
-        let driving = Driving { drive, force, beta, inverse_mass, density: fluid.density, session };
-        projection.project(
-            grid,
-            boundaries,
-            beta,
-            dt,
-            p,
-            &mut Driven { driving, bodies, faces },
-            None,
-        )
+        let driving = Driving { drive, force, beta, inverse_mass, session };
+        projection.project(grid, boundaries, beta, dt, p, &mut Driven { driving, faces }, None)
     }
 
     /// Lets the pressure equation know what a drive that holds a mean velocity responds to the
@@ -165,7 +155,6 @@ impl<const D: usize> Domain<D> {
 /// A drive while the pressure is found, of a fluid whose bodies keep their velocity.
 struct Driven<'a, const D: usize> {
     driving: Driving<'a, D>,
-    bodies: &'a [Body],
     faces: &'a mut VectorField<D>,
 }
 
@@ -175,7 +164,7 @@ impl<const D: usize> Coupled<D> for Driven<'_, D> {
     }
 
     fn begin(&mut self, grid: &Grid<D>, dt: f64) -> Result<()> {
-        self.driving.follow(grid, self.bodies, dt, self.faces).map(drop)
+        self.driving.follow(grid, dt, self.faces).map(drop)
     }
 
     fn follow(&mut self, grid: &Grid<D>, dt: f64, _: &[f64]) -> Result<()> {

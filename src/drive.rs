@@ -21,7 +21,6 @@
 use crate::Result;
 use crate::grid::{Grid, VectorField, simd, total};
 use crate::kernels::faces::FaceCoefficient;
-use crate::particles::Body;
 use crate::petsc::Session;
 use nalgebra::Vector3;
 
@@ -32,9 +31,6 @@ pub enum Drive {
     Fluid(Vector3<f64>),
     /// A mean gradient of the pressure, or gravity along a slope, which bodies feel as well (N/m3).
     Gradient(Vector3<f64>),
-    /// What keeps gravity (m/s2; along the axes that are periodic) from setting fluid and bodies
-    /// off together.
-    Mixture(Vector3<f64>),
     /// The gradient that holds the mean velocity (m/s) along an axis.
     Held {
         /// The axis.
@@ -45,26 +41,12 @@ pub enum Drive {
 }
 
 impl Drive {
-    /// The force on the fluid (N/m3), where it is known beforehand, for bodies in a fluid of a
-    /// density (kg/m3) and a box of a volume (m3).
-    fn known(&self, bodies: &[Body], density: f64, volume: f64) -> Option<Vector3<f64>> {
-        match self {
-            Drive::Fluid(force) | Drive::Gradient(force) => Some(*force),
-            Drive::Mixture(gravity) => {
-                let weight = |body: &Body| {
-                    let heavier = body.mass() - density * body.volume();
-                    body.freedom()
-                        .map_or(Vector3::zeros(), |freedom| heavier * freedom.along(gravity))
-                };
-                Some(-bodies.iter().map(weight).sum::<Vector3<f64>>() / volume)
-            }
-            Drive::Held { .. } => None,
-        }
-    }
-
     /// The force at the start, before the pressure is known (N/m3).
-    pub fn at_start(&self, bodies: &[Body], density: f64, volume: f64) -> Vector3<f64> {
-        self.known(bodies, density, volume).unwrap_or_default()
+    pub fn at_start(&self) -> Vector3<f64> {
+        match self {
+            Drive::Fluid(force) | Drive::Gradient(force) => *force,
+            Drive::Held { .. } => Vector3::zeros(),
+        }
     }
 
     /// What a body of a volume (m3) feels (N) of the force on the fluid (N/m3).
@@ -88,8 +70,6 @@ pub struct Driving<'a, const D: usize> {
     pub beta: &'a FaceCoefficient<D>,
     /// C above, where the mean is held (m3/kg).
     pub inverse_mass: f64,
-    /// The fluid's density (kg/m3).
-    pub density: f64,
     /// The ranks.
     pub session: &'a Session,
 }
@@ -101,35 +81,25 @@ impl<const D: usize> Driving<'_, D> {
     pub fn follow(
         &mut self,
         grid: &Grid<D>,
-        bodies: &[Body],
         dt: f64,
         faces: &mut VectorField<D>,
     ) -> Result<Vector3<f64>> {
-        let change = match *self.drive {
-            Drive::Held { axis, velocity } => {
-                let mean = mean(self.session, grid, axis, faces)?;
-                let mut change = Vector3::zeros();
-                change[axis] = (velocity - mean) / (dt * self.inverse_mass);
-                change
-            }
-            drive => {
-                drive.known(bodies, self.density, box_volume(grid)).unwrap_or_default()
-                    - *self.force
-            }
-        };
+        let mut change = Vector3::zeros();
+        let Drive::Held { axis, velocity } = *self.drive else { return Ok(change) };
+        let mean = mean(self.session, grid, axis, faces)?;
+        change[axis] = (velocity - mean) / (dt * self.inverse_mass);
         *self.force += change;
-        for (axis, face) in faces.iter_mut().enumerate().filter(|(axis, _)| change[*axis] != 0.0) {
-            let accelerations = dt * change[axis];
-            for row in grid.face_rows(axis) {
-                match self.beta {
-                    FaceCoefficient::Uniform(beta) => {
-                        face[row].iter_mut().for_each(|f| *f += accelerations * beta)
-                    }
-                    FaceCoefficient::Field(beta) => face[row.clone()]
-                        .iter_mut()
-                        .zip(&beta[axis][row])
-                        .for_each(|(f, beta)| *f += accelerations * beta),
+        let face = &mut faces[axis];
+        let acceleration = dt * change[axis];
+        for row in grid.face_rows(axis) {
+            match self.beta {
+                FaceCoefficient::Uniform(beta) => {
+                    face[row].iter_mut().for_each(|f| *f += acceleration * beta)
                 }
+                FaceCoefficient::Field(beta) => face[row.clone()]
+                    .iter_mut()
+                    .zip(&beta[axis][row])
+                    .for_each(|(f, beta)| *f += acceleration * beta),
             }
         }
         Ok(change)

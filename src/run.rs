@@ -1,7 +1,6 @@
 //! A run: from the command line's words to a folder of results. The time loop, its dt, its schedule
 //! and its end.
 
-mod collapse;
 mod ended;
 mod energy_bound;
 mod export;
@@ -9,10 +8,9 @@ mod passage;
 mod record;
 mod restart;
 mod summary;
-mod symmetry;
 mod time_loop;
 
-use crate::check::{check_memory, expected_rest};
+use crate::check::check_memory;
 use crate::config::{Case, Loaded};
 use crate::interrupt::Interrupt;
 use crate::launch::Work;
@@ -201,8 +199,7 @@ impl<'a, const D: usize> Run<'a, D> {
     fn go(mut self) -> Result<()> {
         self.write_run(None)?;
         self.say_what_begins()?;
-        let rest = expected_rest(self.case, &self.scene.limits()?);
-        self.progress.begin(self.scene.state.steps, self.scene.state.time, rest);
+        self.progress.begin(self.scene.state.steps, self.scene.state.time);
         self.before = (self.scene.state.steps, self.session.traffic());
         let result = self.advance();
         let (status, result) = match result {

@@ -39,8 +39,6 @@ pub struct Scheme {
     needs_viscosity: bool,
     /// Where viscosity asks for more stages than these: the most of [`legendre::Legendre`].
     pub most_stages: Option<usize>,
-    /// How much of the upwinding is left of conservative advection, from 0 to 1.
-    pub upwinding: f64,
 }
 
 /// What upwind advection takes of the limit of diffusion at a Courant number of 1.
@@ -57,7 +55,6 @@ const ONE_STAGE: Scheme = Scheme {
     share: UPWIND_SHARE,
     needs_viscosity: true,
     most_stages: None,
-    upwinding: 1.0,
 };
 
 /// Euler (the paper's) with upwind advection.
@@ -78,7 +75,6 @@ pub static RK2: Scheme = Scheme {
     share: UPWIND_SHARE,
     needs_viscosity: false,
     most_stages: None,
-    upwinding: 1.0,
 };
 
 /// Three stages, strong-stability preserving.
@@ -92,7 +88,6 @@ pub static RK3: Scheme = Scheme {
     share: UPWIND_SHARE,
     needs_viscosity: false,
     most_stages: None,
-    upwinding: 1.0,
 };
 
 /// The same in Legendre stages: little of the far end of their limit is left to advection.
@@ -103,13 +98,6 @@ impl Scheme {
     /// itself, or it stays as it is.
     pub fn stabilised(self, most: usize) -> Scheme {
         Scheme { most_stages: (most > self.weights.len()).then_some(most), ..self }
-    }
-
-    /// [`RK3`] with less upwinding, of which little damps what a Courant number of 1.2 would
-    /// amplify.
-    pub fn central(upwinding: f64) -> Scheme {
-        let courant_limit = if upwinding < 0.2 { 1.0 } else { RK3.courant_limit };
-        Scheme { upwinding, courant_limit, ..RK3 }
     }
 
     /// It without stages that viscosity asks for.

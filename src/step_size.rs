@@ -104,31 +104,3 @@ fn shares(limits: &Limits, courant: f64) -> [(Choice, f64); 3] {
         _ => (Choice::Limit(bound), LIMIT_SHARE * dt),
     })
 }
-
-/// How the steps of a box grow in which bodies come to rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rest {
-    /// When the bodies lie (s).
-    pub from: f64,
-    /// The step of a fluid at rest (s).
-    pub still: f64,
-    /// The power of time with which steps grow from there on.
-    pub power: f64,
-}
-
-impl Rest {
-    /// For how long a run would go on with steps of `dt` (s), which it takes at `time`, and make as
-    /// many as it will to its `end` (all in s).
-    pub fn stretched(&self, time: f64, end: f64, dt: f64) -> f64 {
-        let Rest { from, still, power } = *self;
-        if !(time < end && dt > 0.0) {
-            return 0.0;
-        }
-        let (from, longer) = (from.clamp(time, end), (still / dt).max(1.0));
-        let until = (from * longer.powf(1.0 / power)).min(end);
-        let ratio = until / from.max(f64::MIN_POSITIVE);
-        let growing =
-            if power == 1.0 { ratio.ln() } else { (ratio.powf(1.0 - power) - 1.0) / (1.0 - power) };
-        (from - time) + from * growing + (end - until) / longer
-    }
-}

@@ -108,7 +108,7 @@ fn driven_axes(case: &Case) -> Vec<usize> {
     let periodic = |axis: &usize| case.periodic(*axis);
     let axes = (0..case.dimension()).filter(periodic);
     match &case.drive {
-        None | Some(Drive::HoldMixture) => Vec::new(),
+        None => Vec::new(),
         Some(Drive::Force(force)) => axes.filter(|axis| force[*axis] != 0.0).collect(),
         Some(Drive::Gravity) => axes.filter(|axis| case.fluid.gravity[*axis] != 0.0).collect(),
         Some(Drive::MeanVelocity(held)) => vec![held.axis.index()],

@@ -1,7 +1,6 @@
 //! The box and its flow: the domain, the fluid, boundaries, drive, Reynolds number, pressure.
 
-use super::estimate::LargestSpeed;
-use super::layer::number_of_flow;
+use super::layer::{largest_speed, number_of_flow};
 use super::particles::{doubled, sticks};
 use crate::Result;
 use crate::config::{Case, Side};
@@ -41,7 +40,8 @@ pub fn describe_box<const D: usize>(case: &Case, h: &[f64; D]) -> Vec<String> {
         let x = ["x", "y", "z"][axis];
         lines.push(format!(
             "note         nothing holds this periodic box along {x}: fluid and particles \
-            accelerate by the particles' weight; drive.hold_mixture = true carries it"
+            accelerate by the particles' weight; drive.mean_velocity = {{ axis = \"{x}\", value = \
+            0.0 }} holds it"
         ));
     }
     lines.extend(
@@ -101,12 +101,13 @@ pub fn outwards(case: &Case) -> Vec<String> {
 /// divergence below D0 in all cells changes a velocity by D0 L over the length L of the box at the
 /// most, where all cells err to the same side.
 fn tight_pressure(case: &Case) -> Option<String> {
-    let (speed, limit) = (LargestSpeed::expected(case)?.speed, case.pressure.divergence_limit);
+    let speed = largest_speed(case);
+    let limit = case.pressure.divergence_limit;
     let length = case.domain.size.iter().copied().fold(0.0, f64::max);
     let (part, enough) = (limit * length / speed, EXACT * speed / length);
     // A power of ten, rounded down.
     let enough = 10f64.powf(enough.log10().floor());
-    (part < TIGHT * EXACT && enough > limit).then(|| {
+    (speed > 0.0 && part < TIGHT * EXACT && enough > limit).then(|| {
         format!(
             "note         pressure.divergence_limit = {limit:e} 1/s is tighter than this flow \
             needs: over the whole box it changes a velocity by at most {part:.0e} of {} m/s; \

@@ -48,15 +48,9 @@ impl Layer {
     fn of(case: &Case, particle: usize, p: &Particle) -> Option<Layer> {
         let diameter = p.shape.diameter();
         let nu = case.fluid.viscosity / case.fluid.density;
-        let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let falls = p.is_free();
         let stream = case.reference_speed.or_else(|| case.driven_speed()).unwrap_or(0.0);
-        let (falls, speed) = match &p.motion {
-            Motion::Free { velocity, .. } => (true, fall_speed(case, p).max(size(velocity))),
-            Motion::Fixed => (false, stream),
-            Motion::Prescribed { velocity, oscillation, .. } => {
-                (false, stream + size(velocity) + oscillation.as_ref().map_or(0.0, |o| o.speed()))
-            }
-        };
+        let speed = own_speed(case, p) + if falls { 0.0 } else { stream };
         let reynolds = speed * diameter / nu;
         let known = speed > 0.0 && nu > 0.0;
         let thickness = boundary_layer(diameter, reynolds);
@@ -109,6 +103,25 @@ impl Walls {
             (a.thickness / spacings[a.axis]).total_cmp(&(b.thickness / spacings[b.axis]))
         })
     }
+}
+
+/// The speed (m/s) of a body by its weight or as it is told.
+fn own_speed(case: &Case, p: &Particle) -> f64 {
+    let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    match &p.motion {
+        Motion::Free { velocity, .. } => fall_speed(case, p).max(size(velocity)),
+        Motion::Fixed => 0.0,
+        Motion::Prescribed { velocity, oscillation, .. } => {
+            size(velocity) + oscillation.as_ref().map_or(0.0, |o| o.speed())
+        }
+    }
+}
+
+/// The largest speed to be expected (m/s), of the fluid and of bodies.
+pub fn largest_speed(case: &Case) -> f64 {
+    let of_fluid = [case.reference_speed, case.driven_speed(), case.initial.taylor_green];
+    let of_bodies = case.particle.iter().map(|p| own_speed(case, p));
+    of_fluid.into_iter().flatten().chain(of_bodies).fold(0.0, f64::max)
 }
 
 /// The speed that an isolated body comes to under its submerged weight (m/s): its terminal speed,
@@ -175,13 +188,6 @@ fn wall_layer(case: &Case) -> Vec<String> {
     );
     let warning = thin_layer(case).map(|thin| format!("warning      {thin}{}", doubt(reynolds)));
     [Some(line), warning].into_iter().flatten().collect()
-}
-
-/// The body that is held in the fastest stream for its size, its Reynolds number, diameter (m)
-/// and speed (m/s).
-pub(crate) fn wake(case: &Case) -> Option<(String, f64, f64, f64)> {
-    let layer = Layer::thinnest(case).filter(|layer| !layer.falls)?;
-    Some((case.called(layer.particle), layer.reynolds, layer.diameter, layer.speed))
 }
 
 /// The boundary layer, where the grid does not resolve it, and how many cells would.

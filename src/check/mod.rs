@@ -4,7 +4,6 @@
 mod blocked;
 mod channel;
 mod disk;
-mod estimate;
 mod flow;
 mod layer;
 mod memory;
@@ -24,14 +23,13 @@ use crate::system::peak_memory;
 use crate::words::{minutes, size};
 use crate::{Error, Result};
 use blocked::{refuse_shut, shut};
-pub use estimate::expected_rest;
-use estimate::later_step;
-pub(crate) use layer::{thin_layer, wake};
+pub(crate) use layer::thin_layer;
 pub use memory::check_memory;
 use mics_run::print;
 use path::{locked_into, run_into};
 use std::path::Path;
 use std::time::Instant;
+use steps::{later_step, step_among_bodies};
 use stiffness::{contacts, refuse_too_stiff, shortest};
 use touching::Touching;
 
@@ -131,43 +129,36 @@ fn describe<const D: usize>(
     let advice = Work::of(case).advice(ranks);
     let taken = (ranks > session.size()).then(|| format!("{ranks}, which a run starts by itself"));
     lines.extend(advice.or(taken).map(|line| format!("ranks        {line}")));
-    let touching = Touching::measured(case, &scene, later_step(case, &limits));
+    let touching = Touching::measured(case, &scene, step_among_bodies(case, &limits));
     let Trial { step, without, solve_rows } = try_steps(case, &mut scene)?;
-    lines.extend(touching.as_ref().map(|touching| touching.describe(without)));
+    lines.extend(touching.as_ref().map(Touching::describe));
+    let (seconds, with) = match &touching {
+        Some(touching) => (without + touching.seconds, " with contacts"),
+        None => (step, uncounted(case, &scene)),
+    };
     let disk = disk::expected(case, &mut scene, steps, solve_rows)?;
     lines.push(disk::describe(case, &disk));
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
     lines.push(format!(
-        "cost         {:.2} ms a step ({:.2} us a cell; the first {TRIAL_STEPS} steps tried{}), \
-        start-up {start_up:.2} s, memory {:.0} MB; {}; {} of disk at most",
-        1e3 * step,
-        1e6 * step / scene.domain.grid.total_cells() as f64,
+        "cost         {:.2} ms a step{with} ({:.2} us a cell; the first {TRIAL_STEPS} steps \
+        tried{}), start-up {start_up:.2} s, memory {:.0} MB; about {} for so many steps; {} of \
+        disk at most",
+        1e3 * seconds,
+        1e6 * seconds / scene.domain.grid.total_cells() as f64,
         if session.size() == 1 && ranks > 1 { " on one rank" } else { "" },
         memory[0] / 1e6,
-        match &touching {
-            None => format!("about {} for the run{}", time(steps * step), uncounted(case, &scene)),
-            Some(touching) => format!(
-                "about {} for the run without contacts, {} with as many in every step",
-                time(steps * without),
-                time(steps * (without + touching.seconds))
-            ),
-        },
+        minutes((steps * seconds).ceil()),
         size(disk.all)
     ));
     Ok(lines)
 }
 
-/// A time (s) in words.
-fn time(seconds: f64) -> String {
-    minutes(seconds.ceil())
-}
-
-/// What is said of contacts that may come and could not be measured.
+/// Words for a cost without the contacts that may come and could not be measured.
 fn uncounted<const D: usize>(case: &Case, scene: &Scene<D>) -> &'static str {
     let coming = case.particle.iter().any(|p| p.enter.is_some());
     if case.contact.is_some() && (coming || shortest(scene).is_some()) {
-        ", contacts not counted: they may take several times as long"
+        " without contacts"
     } else {
         ""
     }

@@ -1,7 +1,8 @@
-//! The steps of a run: their limits, their length at the start and later, their number.
+//! The steps of a run: their limits, their length at the start and at the largest speed that is to
+//! be expected, and how many of that length there are.
 
-use super::estimate::{LargestSpeed, later_step, steps};
-use crate::config::{Case, Side};
+use super::layer::{fall_speed, largest_speed};
+use crate::config::{Case, Side, Step};
 use crate::method::sharp::gap_reach;
 use crate::particles::Body;
 use crate::scene::Scene;
@@ -9,35 +10,50 @@ use crate::scheme::Limits;
 use crate::step_size::choose_step;
 use crate::words::{brief, number, whole};
 
-/// The limits, the step at the start and later, and the number of steps, which is returned too.
+/// The limits, the steps, and the number of the shorter ones, which is returned too.
 pub fn describe<const D: usize>(
     case: &Case,
     scene: &Scene<D>,
     limits: &Limits,
 ) -> (Vec<String>, f64) {
     let (dt, choice) = choose_step(case, limits, None, case.time.end);
-    let mut lines = limit_lines(limits);
     let later = later_step(case, limits);
-    let count = steps(case, limits, dt, later);
-    let stages = limits.scheme.stages_for(later * limits.diffusion_rate);
-    let more = if stages > limits.scheme.weights.len() {
-        format!(" in {stages} stages")
-    } else {
-        String::new()
-    };
-    let differs = !(0.99..1.01).contains(&(later / dt));
-    let later_words = LargestSpeed::expected(case).filter(|_| differs).map(|largest| {
-        let LargestSpeed { speed, words, .. } = largest;
-        format!(", and {later:.1e} s{more} at {} m/s, {words}", brief(speed))
-    });
+    let count = |dt: f64| (case.time.end / dt * (1.0 - 1e-9)).ceil();
+    let at = if let Step::Courant(_) = case.time.step { " at the start" } else { "" };
+    let speed = brief(largest_speed(case));
+    let shorter = (later < 0.99 * dt)
+        .then(|| format!(", {} of {later:.1e} s at {speed} m/s", whole(count(later))));
+    let mut lines = limit_lines(limits);
     lines.push(format!(
-        "step         {dt:.4e} s at the start, {choice}{}; about {} steps to t = {} s",
-        later_words.unwrap_or_default(),
-        whole(count),
-        number(case.time.end)
+        "step         {dt:.4e} s{at}, {choice}; {} steps of this length to t = {} s{}",
+        whole(count(dt)),
+        number(case.time.end),
+        shorter.unwrap_or_default()
     ));
-    lines.extend(long_beside_wall(case, scene, later));
-    (lines, count)
+    lines.extend(long_beside_wall(case, scene, limits));
+    (lines, count(dt.min(later)))
+}
+
+/// The step (s) at the largest speed to be expected, in all stages that viscosity asks for.
+pub fn later_step(case: &Case, limits: &Limits) -> f64 {
+    step_at(case, limits, largest_speed(case))
+}
+
+/// The step (s) among bodies that fall together: the fluid between them is twice as fast.
+pub fn step_among_bodies(case: &Case, limits: &Limits) -> f64 {
+    step_at(case, limits, 2.0 * largest_speed(case))
+}
+
+/// The step (s) at a speed (m/s), or at that of now where it is larger.
+fn step_at(case: &Case, limits: &Limits, speed: f64) -> f64 {
+    let spacings = case.spacings().into_iter();
+    // Where there are no bodies, what flows goes along the longer cells.
+    let bodies = case.has_bodies();
+    let h =
+        if bodies { spacings.fold(f64::INFINITY, f64::min) } else { spacings.fold(0.0, f64::max) };
+    let courant_rate = limits.courant_rate.max(speed / h);
+    let limits = Limits { courant_rate, courant_growth: 0.0, ..*limits };
+    choose_step(case, &limits, Some(f64::INFINITY), case.time.end).0
 }
 
 /// The limits that stability sets, in all stages and in those that the first step goes by.
@@ -64,9 +80,15 @@ fn limit_lines(limits: &Limits) -> Vec<String> {
 /// elsewhere: such steps are too long for the flow in the gap. A disc at a gap of 0.02 d, 8 to 16
 /// cells a diameter, falls 4 to 5 % faster in four stages than in the two of rk2, which are within
 /// 1 % of steps of a seventh.
-fn long_beside_wall<const D: usize>(case: &Case, scene: &Scene<D>, later: f64) -> Option<String> {
-    let (limits, h) = (scene.limits().ok()?, case.spacings().into_iter().fold(0.0, f64::max));
-    let stages = limits.scheme.stages_for(3.0 * later * limits.diffusion_rate);
+fn long_beside_wall<const D: usize>(
+    case: &Case,
+    scene: &Scene<D>,
+    limits: &Limits,
+) -> Option<String> {
+    let h = case.spacings().into_iter().fold(0.0, f64::max);
+    let fastest = case.particle.iter().map(|p| fall_speed(case, p)).fold(0.0, f64::max);
+    let dt = step_at(case, limits, fastest / 3.0);
+    let stages = limits.scheme.stages_for(dt * limits.diffusion_rate);
     let along = |(face, side): (usize, &Side)| {
         matches!(side, Side::Wall | Side::MovingWall(_)) && case.fluid.gravity[face / 2] == 0.0
     };

@@ -1,7 +1,7 @@
 //! Whether the springs of contacts suit the impacts to be expected, and the step.
 
-use super::estimate::later_step;
 use super::layer::Layer;
+use super::steps::later_step;
 use crate::Result;
 use crate::config::{Case, Contact, Loaded, MOST_SUBSTEPS, PairLaw, Substeps};
 use crate::contact::{DEEPEST_OVERLAP, Impact};

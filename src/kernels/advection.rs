@@ -1,4 +1,4 @@
-//! Advection: `-u.grad u` of eq. (7), three ways.
+//! Advection: `-u.grad u` of eq. (7), two ways.
 //!
 //! [`upwind5`], conservative: `-(F_{i+1/2} - F_{i-1/2})/h`, `F = U (face value)` with the face
 //! velocity U and
@@ -7,10 +7,8 @@
 //!    o     o     o   |  o     o     o           U < 0:  its mirror image
 //!              face i-1/2
 //! ```
-//! Fifth order in what is carried, or with less upwinding, down to the central flux of sixth order
-//! `(1, -8, 37, 37, -8, 1)/60`; the face velocity itself is a second-order mean, so that the
-//! non-linear term is of second order. [`upwind5_advective`] multiplies the same differences by the
-//! cell's own velocity: fifth order also on the non-linear term, but it conserves no momentum.
+//! Fifth order in what is carried; the face velocity itself is a second-order mean, so that the
+//! non-linear term is of second order.
 //! [`qsi_sweep`] is the paper's QSI: the value at the foot of the cell's path, from the quintic
 //! through the six cells around it,
 //! ```text
@@ -26,10 +24,10 @@ use std::ops::Range;
 /// The upwind face value times the carrier: the face lies between `q[2]` and `q[3]` of six cells in
 /// a row.
 #[inline(always)]
-pub(super) fn upwind_flux(carrier: f64, upwinding: f64, q: [f64; 6]) -> f64 {
+pub(super) fn upwind_flux(carrier: f64, q: [f64; 6]) -> f64 {
     let central = q[0] + q[5] - 8.0 * (q[1] + q[4]) + 37.0 * (q[2] + q[3]);
     let damping = q[0] - q[5] - 5.0 * (q[1] - q[4]) + 10.0 * (q[2] - q[3]);
-    (carrier * central + upwinding * carrier.abs() * damping) * (1.0 / 60.0)
+    (carrier * central + carrier.abs() * damping) * (1.0 / 60.0)
 }
 
 /// The face velocities that carry (m/s), extrapolated from those of the last two steps, `now +
@@ -39,8 +37,6 @@ pub struct Carrier<'a, const D: usize> {
     pub now: &'a VectorField<D>,
     /// Those before and how far ahead to go, where it goes.
     pub before: Option<(&'a VectorField<D>, f64)>,
-    /// How much of the upwinding is left: 1 of fifth order, 0 central differences of sixth.
-    pub upwinding: f64,
 }
 
 impl<const D: usize> Carrier<'_, D> {
@@ -106,14 +102,13 @@ pub fn upwind5<const D: usize>(
             let n = grid.local[0];
             let factor: [f64; D] = std::array::from_fn(|a| weight / grid.h[a]);
             let Fluxes { along, carrier: values, rows, planes } = fluxes;
-            let upwinding = carrier.upwinding;
             for (number, row) in grid.rows().enumerate() {
                 if fresh {
                     rate.iter_mut().for_each(|rate| rate[row.clone()].fill(0.0));
                 }
                 let carried = carrier.row(0, row.start..row.end + 1, values);
                 for (q, rate) in u.iter().zip(rate.iter_mut()) {
-                    flux_along(along, carried, upwinding, &q[row.start - 3..row.end + 3]);
+                    flux_along(along, carried, &q[row.start - 3..row.end + 3]);
                     subtract_difference(
                         &mut rate[row.clone()],
                         &along[..n],
@@ -157,17 +152,17 @@ fn across<const D: usize>(
     high: &mut [f64],
     rate: &mut VectorField<D>,
 ) {
-    let (n, upwinding) = (row.len(), carrier.upwinding);
+    let n = row.len();
     if first {
         let carried = carrier.row(axis, row.clone(), values);
         for (i, q) in u.iter().enumerate() {
             let low = &mut fluxes[low(i)..][..n];
-            flux_across(low, carried, upwinding, sixfold(q, row.start, n, s));
+            flux_across(low, carried, sixfold(q, row.start, n, s));
         }
     }
     let carried = carrier.row(axis, row.start + s..row.end + s, values);
     for (i, (q, rate)) in u.iter().zip(rate.iter_mut()).enumerate() {
-        flux_across(high, carried, upwinding, sixfold(q, row.start + s, n, s));
+        flux_across(high, carried, sixfold(q, row.start + s, n, s));
         let low = &mut fluxes[low(i)..][..n];
         subtract_difference(&mut rate[row.clone()], low, high, factor);
         low.copy_from_slice(high);
@@ -188,22 +183,18 @@ fn extrapolate(to: &mut [f64], now: &[f64], before: &[f64], ahead: f64) {
 }
 
 #[inline(always)]
-fn flux_along(flux: &mut [f64], carrier: &[f64], upwinding: f64, q: &[f64]) {
+fn flux_along(flux: &mut [f64], carrier: &[f64], q: &[f64]) {
     let n = flux.len();
     let cells: [&[f64]; 6] = std::array::from_fn(|k| &q[k..k + n]);
-    flux_across(flux, carrier, upwinding, cells);
+    flux_across(flux, carrier, cells);
 }
 
 #[inline(always)]
-fn flux_across(flux: &mut [f64], carrier: &[f64], upwinding: f64, q: [&[f64]; 6]) {
+fn flux_across(flux: &mut [f64], carrier: &[f64], q: [&[f64]; 6]) {
     let n = flux.len();
     let (carrier, q) = (&carrier[..n], q.map(|q| &q[..n]));
     for i in 0..n {
-        flux[i] = upwind_flux(
-            carrier[i],
-            upwinding,
-            [q[0][i], q[1][i], q[2][i], q[3][i], q[4][i], q[5][i]],
-        );
+        flux[i] = upwind_flux(carrier[i], [q[0][i], q[1][i], q[2][i], q[3][i], q[4][i], q[5][i]]);
     }
 }
 
@@ -211,29 +202,6 @@ fn flux_across(flux: &mut [f64], carrier: &[f64], upwinding: f64, q: [&[f64]; 6]
 fn subtract_difference(rate: &mut [f64], low: &[f64], high: &[f64], factor: f64) {
     for ((r, l), h) in rate.iter_mut().zip(low).zip(high) {
         *r -= factor * (h - l);
-    }
-}
-
-/// Adds `-weight u.grad q` to `rate`, u the cell velocities (m/s).
-pub fn upwind5_advective<const D: usize>(
-    grid: &Grid<D>,
-    u: &VectorField<D>,
-    q: &[f64],
-    weight: f64,
-    rate: &mut [f64],
-) {
-    for axis in 0..D {
-        let (s, factor) = (grid.stride[axis], weight / grid.h[axis]);
-        for row in grid.rows() {
-            let (first, len) = (row.start, row.len());
-            let cells: [&[f64]; 7] = std::array::from_fn(|k| &q[first + k * s - 3 * s..][..len]);
-            let (u, out) = (&u[axis][row.clone()], &mut rate[row]);
-            for i in 0..len {
-                let low = upwind_flux(u[i], 1.0, std::array::from_fn(|k| cells[k][i]));
-                let high = upwind_flux(u[i], 1.0, std::array::from_fn(|k| cells[k + 1][i]));
-                out[i] -= factor * (high - low);
-            }
-        }
     }
 }
 
@@ -283,7 +251,7 @@ pub fn qsi_sweep<const D: usize>(
 #[cfg(test)]
 pub(crate) fn upwind5_symbol(theta: f64) -> nalgebra::Complex<f64> {
     let flux = |part: fn(f64) -> f64| {
-        upwind_flux(1.0, 1.0, std::array::from_fn(|k| part((k as f64 - 2.0) * theta)))
+        upwind_flux(1.0, std::array::from_fn(|k| part((k as f64 - 2.0) * theta)))
     };
     let high = nalgebra::Complex::new(flux(f64::cos), flux(f64::sin));
     high * (nalgebra::Complex::from_polar(1.0, -theta) - 1.0)
@@ -317,13 +285,9 @@ mod tests {
 
     #[test]
     fn upwind_face_value_of_constant_and_bias() {
-        assert!((upwind_flux(2.0, 1.0, [3.0; 6]) - 6.0).abs() < 1e-14);
-        assert!(
-            (upwind_flux(1.0, 1.0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) - 47.0 / 60.0).abs() < 1e-15
-        );
-        assert!(
-            (upwind_flux(-1.0, 1.0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) + 27.0 / 60.0).abs() < 1e-15
-        );
-        assert_eq!(upwind_flux(1.0, 1.0, [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]), 0.0);
+        assert!((upwind_flux(2.0, [3.0; 6]) - 6.0).abs() < 1e-14);
+        assert!((upwind_flux(1.0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) - 47.0 / 60.0).abs() < 1e-15);
+        assert!((upwind_flux(-1.0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) + 27.0 / 60.0).abs() < 1e-15);
+        assert_eq!(upwind_flux(1.0, [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]), 0.0);
     }
 }

@@ -37,11 +37,7 @@ pub fn stress<const D: usize>(
             let (face, ghost) = if side == 0 { (cell, cell - s) } else { (cell + s, cell + s) };
             let carried = carrier.at(axis, face);
             for (i, q) in u.iter().enumerate() {
-                let flux = upwind_flux(
-                    carried,
-                    carrier.upwinding,
-                    std::array::from_fn(|k| q[face + k * s - 3 * s]),
-                );
+                let flux = upwind_flux(carried, std::array::from_fn(|k| q[face + k * s - 3 * s]));
                 let normal = (q[ghost] - q[cell]) / grid.h[axis];
                 let shear = match viscosity {
                     Coefficient::Uniform(viscosity) => viscosity * normal,

@@ -326,7 +326,7 @@ impl<const D: usize> Flow<D> {
         self.force = force;
         faces::add_to_cells(&domain.grid, 1.0, &self.acceleration, &mut s.u);
         s.p.fill(0.0);
-        s.drive = domain.drive_at_start(&s.bodies);
+        s.drive = domain.drive_at_start();
         self.find_acceleration(domain, s);
         domain.boundaries.fill_velocity(&mut s.u)
     }

@@ -37,8 +37,6 @@ impl Mixture {
 pub enum Advection<const D: usize> {
     /// Conservative, of fifth order.
     Upwind5,
-    /// Advective, of fifth order.
-    Upwind5Advective,
     /// Along paths, by axis (QSI).
     Qsi {
         /// The velocity before the sweep of an axis.
@@ -101,7 +99,7 @@ impl<const D: usize> Momentum<D> {
     pub fn carrier<'a>(&self, s: &'a State<D>, dt: f64) -> Carrier<'a, D> {
         let extrapolates = !s.faces_before[0].is_empty() && s.dt > 0.0;
         let before = extrapolates.then(|| (&s.faces_before, 0.5 * dt / s.dt));
-        Carrier { now: &s.faces, before, upwinding: self.scheme.upwinding }
+        Carrier { now: &s.faces, before }
     }
 
     /// The velocity `u` (m/s) that the stage `k`, not the first, of a step of `dt` (s) starts from.
@@ -223,11 +221,6 @@ impl<const D: usize> Momentum<D> {
         match &mut self.advection {
             Advection::Upwind5 => {
                 advection::upwind5(grid, carrier, u, 0.0, weight, false, rate, &mut self.fluxes)
-            }
-            Advection::Upwind5Advective => {
-                for (q, rate) in u.iter().zip(rate) {
-                    advection::upwind5_advective(grid, u, q, weight, rate);
-                }
             }
             Advection::Qsi { from, to } => {
                 from.iter_mut().zip(u).for_each(|(from, u)| from.copy_from_slice(u));

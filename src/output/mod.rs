@@ -15,6 +15,5 @@ pub mod snapshot;
 pub mod statistics;
 pub mod survey;
 pub mod vti;
-pub mod watch;
 
 pub use folder::{Folder, Log, Marks, StepRow, fields_file, may_use, refuse_held};

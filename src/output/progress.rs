@@ -1,42 +1,40 @@
 //! How far a run is: one record, at most one a second, shown as a bar on a terminal, as a line now
-//! and then elsewhere, and kept in `progress.jsonl`, which `mics watch` ([`super::watch`]) follows.
+//! and then elsewhere, and kept in `progress.jsonl`.
 //!
 //! ```text
 //!   left = (end - t)/pace      pace: flow time a second, a mean that forgets over the last third
 //!                              of the run: steps grow at
 //!                              its start, and later follow what moves
 //! ```
-//! Where bodies come to rest the time to the end is that of so many steps of the present length as
-//! are to be expected ([`Rest::stretched`]).
 
-use crate::step_size::Rest;
 use crate::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use mics_run::progress::{FILE, Record};
 use serde_json::{Map, Value};
 use std::fs::File;
 use std::io::{ErrorKind, IsTerminal, Read as _, Seek as _, SeekFrom, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Least time between two records.
-pub(super) const RECORD_EVERY: Duration = Duration::from_secs(1);
+const RECORD_EVERY: Duration = Duration::from_secs(1);
 /// Time between plain lines.
-pub(super) const LINE_EVERY: Duration = Duration::from_secs(5);
+const LINE_EVERY: Duration = Duration::from_secs(5);
 /// The part of the seconds spent over which the pace forgets.
 const MEMORY: f64 = 1.0 / 3.0;
 
 /// A bar, where standard error is a terminal that can draw one.
-pub(super) fn bar() -> Option<ProgressBar> {
+fn bar() -> Option<ProgressBar> {
     let draws = std::io::stderr().is_terminal()
         && std::env::var_os("TERM").is_none_or(|term| term != "dumb");
     draws.then(|| {
-        let style = ProgressStyle::with_template("{prefix}{bar:20} {percent:>3} %  {msg}");
+        let style = ProgressStyle::with_template("{bar:20} {percent:>3} %  {msg}");
         ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
     })
 }
 
-pub(super) fn show(bar: &ProgressBar, record: &Record) {
+/// Shows a record on a bar.
+fn show(bar: &ProgressBar, record: &Record) {
     bar.set_position((1000.0 * record.done()) as u64);
     bar.set_message(record.describe());
 }
@@ -51,8 +49,6 @@ pub struct Progress {
     started: Instant,
     /// Step and time (s) that this process began with.
     from: Option<(u64, f64)>,
-    /// How the steps will grow.
-    rest: Option<Rest>,
     /// When the pace was found last (s after the start), the time there (s), and the pace.
     paced: (f64, f64, Option<f64>),
     recorded: Option<Instant>,
@@ -80,7 +76,6 @@ impl Progress {
             },
             started: Instant::now(),
             from: None,
-            rest: None,
             paced: (0.0, 0.0, None),
             recorded: None,
             said: Instant::now(),
@@ -106,10 +101,9 @@ impl Progress {
         self.file.as_ref().and_then(|file| file.metadata().ok()).map_or(0, |about| about.len())
     }
 
-    /// Takes the state that the run begins with: its step count and time (s), and how its steps
-    /// will grow.
-    pub fn begin(&mut self, step: u64, time: f64, rest: Option<Rest>) {
-        (self.from, self.rest) = (Some((step, time)), rest);
+    /// Takes the state that the run begins with: its step count and time (s).
+    pub fn begin(&mut self, step: u64, time: f64) {
+        self.from = Some((step, time));
         self.started = Instant::now();
         self.paced = (0.0, time, None);
         (self.newest.step, self.newest.time) = (step, time);
@@ -127,10 +121,7 @@ impl Progress {
         self.recorded = Some(Instant::now());
         let elapsed = self.started.elapsed().as_secs_f64().max(1e-9);
         let rate = (state.step - self.from.unwrap_or_default().0) as f64 / elapsed;
-        let ahead = match self.rest.zip(state.dt) {
-            Some((rest, dt)) => rest.stretched(state.time, state.end, dt),
-            None => (state.end - state.time).max(0.0),
-        };
+        let ahead = (state.end - state.time).max(0.0);
         let left = self.pace(elapsed, state.time).map(|pace| ahead / pace);
         self.newest =
             Record { rate, left, status: "running".into(), pid: self.newest.pid, ..state };
@@ -177,6 +168,36 @@ impl Progress {
     }
 }
 
+/// The bar of a run that ranks compute which this process has started.
+pub struct Glance {
+    run: PathBuf,
+    bar: ProgressBar,
+    looked: Instant,
+}
+
+impl Glance {
+    /// The bar of the run in a folder, which need not be there yet; `None` where standard error is
+    /// no terminal that can draw it.
+    pub fn at(run: &Path) -> Option<Glance> {
+        bar().map(|bar| Glance { run: run.to_owned(), bar, looked: Instant::now() })
+    }
+
+    /// Shows the newest record, once a second.
+    pub fn look(&mut self) {
+        if self.looked.elapsed() < RECORD_EVERY {
+            return;
+        }
+        self.looked = Instant::now();
+        let newest = Record::newest(&self.run).filter(|newest| newest.status == "running");
+        newest.iter().for_each(|newest| show(&self.bar, newest));
+    }
+
+    /// Takes the bar away.
+    pub fn close(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
 /// Drops what a run's file has after its first `length` bytes: steps that will be done again.
 ///
 /// # Errors
@@ -208,7 +229,7 @@ mod tests {
     fn progress_records_every_second_and_final_status() {
         let folder = tempfile::tempdir().unwrap();
         let mut progress = Progress::new(false, 2.0, Some(folder.path()));
-        progress.begin(10, 1.0, None);
+        progress.begin(10, 1.0);
         let state =
             |step, time| Record { step, time, end: 2.0, dt: Some(0.1), ..Record::default() };
         assert!(progress.due());
@@ -238,7 +259,7 @@ mod tests {
     #[test]
     fn time_left_from_recent_rate() {
         let mut progress = Progress::new(false, 1.0, None);
-        progress.begin(0, 0.0, None);
+        progress.begin(0, 0.0);
         // Ten seconds at a pace of 0.001 while the steps grow, then 0.01: 99 seconds more, of which
         // ten have gone here.
         let pace = |elapsed: f64| {
@@ -256,17 +277,6 @@ mod tests {
         // Nothing has gone since: the same pace.
         let before = progress.pace(31.0, pace(31.0));
         assert_eq!(progress.pace(31.0, pace(31.0)), before);
-    }
-
-    #[test]
-    fn time_left_with_growing_steps() {
-        let rest = Rest { from: 0.0, still: 0.4, power: 1.0 };
-        let mut progress = Progress::new(false, 2.0, None);
-        progress.begin(0, 0.0, Some(rest));
-        progress.take(Record { step: 10, time: 1.0, end: 2.0, dt: Some(0.1), ..Record::default() });
-        // ln 2 of ten steps, where ten would be left at their present length.
-        let ratio = progress.newest.left.unwrap() * progress.newest.rate / 10.0;
-        assert!((ratio / 2.0f64.ln() - 1.0).abs() < 1e-9, "{ratio}");
     }
 
     #[test]

@@ -133,7 +133,7 @@ impl<const D: usize> Run<'_, D> {
     /// Steps to the solve that is wanted.
     fn reach_system(&mut self, wanted: Wanted) -> Result<Exported> {
         let mut pending = self.pending();
-        self.progress.begin(0, self.scene.state.time, None);
+        self.progress.begin(0, self.scene.state.time);
         while self.scene.state.time < self.case.time.end * (1.0 - 1e-12) {
             self.began = (self.scene.state.steps, self.scene.state.time);
             let Some(came) = self.pass_boundaries()? else { break };

@@ -1,6 +1,6 @@
 //! The end of a run: what it came to, in words and in `summary.json`, and its figures.
 
-use super::{Run, energy_bound, symmetry};
+use super::{Run, energy_bound};
 use crate::Result;
 use crate::output::measure::Series;
 use crate::system::{cpu_seconds, now, peak_memory};
@@ -47,13 +47,12 @@ impl<const D: usize> Run<'_, D> {
             }
         }
         let totals = self.totals()?;
-        let symmetric = symmetry::stayed(self.case, &self.scene)?;
         let unused = self.session.unused_options()?;
         self.write_run(Some(&now()))?;
         if self.folder.is_none() {
             return Ok(());
         }
-        let mut notes = self.energy_and_symmetry_notes(status, symmetric);
+        let mut notes = self.energy_notes(status);
         if !unused.is_empty() {
             let why =
                 if self.account.krylov == 0 { ", since no pressure was solved for" } else { "" };
@@ -107,15 +106,14 @@ impl<const D: usize> Run<'_, D> {
         })
     }
 
-    /// Doubts about the budget of energy and the symmetry of the flow.
-    fn energy_and_symmetry_notes(&self, status: &str, symmetric: Option<String>) -> Vec<String> {
+    /// Doubts about the budget of energy.
+    fn energy_notes(&self, status: &str) -> Vec<String> {
         let (domain, state) = (&self.scene.domain, &self.scene.state);
         let made = energy_bound::doubt(state, energy_bound::settling(domain, &state.bodies));
         let notes = [
             made.filter(|_| status == "done"),
             energy_bound::bounded(state),
             energy_bound::lost(self.case, state),
-            symmetric.filter(|_| status == "done"),
         ];
         notes.into_iter().flatten().collect()
     }

@@ -5,7 +5,6 @@
 //!   while t < end    bodies through the boundaries; dt; step; refusals; rows, fields, checkpoint
 //! ```
 
-use super::collapse::Collapse;
 use super::{Run, StepOutcome, Wishes, energy_bound};
 use crate::clock::Stage;
 use crate::config::Cadence;
@@ -25,7 +24,6 @@ pub(super) struct Pending {
     fields: Schedule,
     particles: Schedule,
     history: Schedule,
-    collapse: Collapse,
     /// Largest speed of the fluid (m/s), now and in the state that was kept last.
     speed: f64,
     kept_speed: f64,
@@ -75,7 +73,6 @@ impl<const D: usize> Run<'_, D> {
             fields: Schedule::new(self.case.output.fields, time),
             particles: Schedule::new(Some(self.case.output.particles), time),
             history: Schedule::new(self.case.history(), time),
-            collapse: Collapse::default(),
             speed: 0.0,
             kept_speed: 0.0,
             solved: false,
@@ -111,9 +108,8 @@ impl<const D: usize> Run<'_, D> {
         }
     }
 
-    /// Chooses a length and steps; the step is counted, and refused where the run goes nowhere or
-    /// energy was gained. Where a body `came` in, the flow is set off anew: the length of the step
-    /// before says nothing.
+    /// Chooses a length and steps; the step is counted, and refused where energy was gained. Where
+    /// a body `came` in, the flow is set off anew: the length of the step before says nothing.
     pub(super) fn step(&mut self, came: bool, pending: &mut Pending) -> Result<StepOutcome> {
         let limits = self.scene.limits()?;
         let before = if came { None } else { self.account.dt };
@@ -134,8 +130,6 @@ impl<const D: usize> Run<'_, D> {
         let projected = report.projected;
         pending.speed = report.largest_speed;
         self.account.count(dt, &projected);
-        let (domain, bodies) = (&self.scene.domain, &self.scene.state.bodies);
-        pending.collapse.take(dt, bodies, &domain.grid.size, &domain.periods())?;
         if !pending.solved && projected.krylov > 0 {
             pending.solved = true;
             self.name_unused_options()?;

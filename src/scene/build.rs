@@ -92,12 +92,11 @@ pub(super) fn body(p: &config::Particle) -> Body {
 /// What drives the fluid of a case.
 pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
     let gravity = Vector3::from(axes::<f64, 3>(&case.fluid.gravity));
-    let periodic = |axis: usize| f64::from(axis < case.dimension() && case.periodic(axis));
-    let along = Vector3::from_fn(|axis, _| periodic(axis) * gravity[axis]);
+    let periodic = |axis: usize| axis < case.dimension() && case.periodic(axis);
+    let along = Vector3::from_fn(|axis, _| if periodic(axis) { gravity[axis] } else { 0.0 });
     match drive {
         config::Drive::Force(force) => Drive::Fluid(Vector3::from(axes::<f64, 3>(force))),
         config::Drive::Gravity => Drive::Gradient(case.fluid.density * along),
-        config::Drive::HoldMixture => Drive::Mixture(along),
         config::Drive::MeanVelocity(held) => {
             Drive::Held { axis: held.axis.index(), velocity: held.value }
         }
@@ -129,7 +128,7 @@ fn scheme(case: &Case) -> Scheme {
         (_, config::Advection::Qsi) => scheme::QSI,
         (config::Scheme::Euler, _) => scheme::EULER,
         (config::Scheme::Rk2, _) => scheme::RK2,
-        (config::Scheme::Rk3, _) => Scheme::central(case.time.upwinding),
+        (config::Scheme::Rk3, _) => scheme::RK3,
         (config::Scheme::Rkl2, _) => scheme::RK2.stabilised(case.time.max_stages),
         (config::Scheme::Rkl3, _) => scheme::RK3.stabilised(case.time.max_stages),
     }
@@ -150,7 +149,6 @@ pub(super) fn method<const D: usize>(
     let (grid, mixture) = (&domain.grid, mixture(&domain.grid, case, bodies));
     let advection = match case.time.advection {
         config::Advection::Upwind5 => Advection::Upwind5,
-        config::Advection::Upwind5Advective => Advection::Upwind5Advective,
         config::Advection::Qsi => {
             Advection::Qsi { from: grid.vector_field(), to: grid.vector_field() }
         }

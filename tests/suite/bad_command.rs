@@ -68,15 +68,12 @@ const BAD: &[Row] = &[
     (&["report", "@absent"], &["absent: not a run's folder", "run.json", "`mics run`"]),
     (&["report", "@notes"], &["notes: not a run's folder", "run.json", "`mics run`"]),
     (&["report", "@run", "--out", "@notes"], &["notes: is a folder", "--out report.html"]),
-    (&["watch", "@absent"], &["absent: not a run's folder", "run.json", "`mics run`"]),
-    (&["watch", "@notes"], &["notes: not a run's folder", "run.json", "`mics run`"]),
     // Damaged files of a run.
     (&["report", "@run-json"], &["run-json: not a run's folder", "run.json: EOF while parsing"]),
     (&["report", "@run-case"], &["run-case: not a run's folder", "case.toml", "`mics run`"]),
     (&["report", "@run-fields"], &[".vti", "not a snapshot that mics wrote"]),
     (&["plot", "@run-fields"], &[".vti", "not a snapshot that mics wrote"]),
     (&["plot", "@run-no-fields"], &["run-no-fields: not a run's folder", "no snapshot"]),
-    (&["watch", "@run-no-progress"], &["run-no-progress: not a run's folder", "progress.jsonl"]),
 ];
 
 /// A scratch folder with a case, a folder that no run wrote, a run, and runs that are damaged in
@@ -95,7 +92,6 @@ fn scratch() -> tempfile::TempDir {
     let delete = |path: &Path| fs::remove_file(path).unwrap();
     damage("run-json", "run.json", &|path| fs::write(path, "{\"version\": ").unwrap());
     damage("run-case", "case.toml", &delete);
-    damage("run-no-progress", "progress.jsonl", &delete);
     damage("run-fields", "fields", &|path| {
         for file in fs::read_dir(path)
             .unwrap()

@@ -65,8 +65,8 @@ pub const BAD_KEYS: &[Row] = &[
     ),
     ("[time]", "[drive]\ngravity = true\n[time]", "gravity", "drive.gravity", &["fluid.gravity"]),
     (
-        "viscosity = 0.1", "viscosity = 0.1\ngravity = [0.0, -1.0]\n[drive]\nhold_mixture = true",
-        "hold_mixture", "drive.hold_mixture", &["free particles"],
+        "[time]", "[drive]\nhold_mixture = true\n[time]", "hold_mixture", "drive.hold_mixture",
+        &["drive.mean_velocity = {"],
     ),
     // The text itself.
     ("end = 0.1", "end = ", "end =", "", &["not valid TOML"]),
@@ -98,7 +98,11 @@ pub const BAD_KEYS: &[Row] = &[
     ("[pressure]", "[presure]", "[presure]", "presure", &["did you mean `pressure`?"]),
     ("diameter = 0.2", "diametr = 0.2", "shape", "particle.0.shape.disc.diametr", &["did you mean \
         `diameter`?"]),
-    ("cfl = 0.4", "upwinding = 0.5", "upwinding", "time.upwinding", &["three stages alone", "rk3"]),
+    ("cfl = 0.4", "upwinding = 0.5", "upwinding", "time.upwinding", &["leave it out"]),
+    (
+        "cfl = 0.4", "advection = \"upwind5-advective\"", "advection", "time.advection",
+        &["did you mean `upwind5`?"],
+    ),
     ("cfl = 0.4", "max_stages = 2", "max_stages", "time.max_stages", &["3 to 50 stages"]),
     (
         "cfl = 0.4", "scheme = \"rk2\"\nmax_stages = 6", "max_stages", "time.max_stages",

@@ -85,7 +85,7 @@ fn momentum_balance_in_3d() {
     assert!(boundary > 1e-3 && error < 1e-12, "{error:e} of {boundary:e}");
 }
 
-/// `-u.grad u` keeps no momentum, and the audit has to say so: a balance that closes whatever
+/// Advection along paths keeps no momentum, and the audit has to say so: a balance that closes whatever
 /// happens is none.
 #[test]
 fn momentum_balance_detects_non_conservative_term() {
@@ -94,7 +94,7 @@ fn momentum_balance_detects_non_conservative_term() {
     for sides in [sides, PERIODIC] {
         let more = discs()
             + "[initial]\nvelocity = [0.5, 0.2]\n[time]\nend = 1.0\n\
-                advection = \"upwind5-advective\"\n\
+                scheme = \"euler\"\nadvection = \"qsi\"\n\
                [pressure]\ndivergence_limit = 1e-8";
         let text = box_case([2.0, 1.0], [64, 32], 0.01, sides, &more).replace("viscosity", FALLING);
         let mut scene: Scene<2> = petsc.scene(&text);

@@ -169,7 +169,7 @@ fn check_warns_of_many_stages_for_body_beside_wall() {
              fluid = {{ density = 1000.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
              boundary = {{ west = \"wall\", east = \"wall\", south = \"periodic\", north = \
                  \"periodic\" }}\n\
-             drive = {{ hold_mixture = true }}\ncontact = {{}}\n\
+             drive = {{ mean_velocity = {{ axis = \"y\", value = 0.0 }} }}\ncontact = {{}}\n\
              time = {{ end = 0.3, scheme = \"{scheme}\" }}\n\
              particle = [{{ shape = {{ disc = {{ diameter = 0.01 }} }}, position = [{x}, 0.03], \
              density = 1500.0 }}]\n"

@@ -70,10 +70,8 @@ fn restart_from_checkpoint_is_bitwise_identical() {
         "[coupling]\nwall = \"sharp\"\n[time]\nend = 1.0\nscheme = \"euler\"\ncfl = 0.2",
         "[coupling]\nwall = \"sharp\"\n[drive]\nmean_velocity = { axis = \"x\", value = 0.3 }",
         "[coupling]\nwall = \"mixing\"\n[drive]\nmean_velocity = { axis = \"x\", value = 0.3 }",
-        "[coupling]\nwall = \"sharp\"\n[drive]\nhold_mixture = true",
         "[coupling]\nwall = \"mixing\"\n[drive]\nforce = [0.4, 0.0]",
         "[coupling]\nwall = \"sharp\"\n[time]\nend = 1.0\nscheme = \"rk3\"",
-        "[coupling]\nwall = \"sharp\"\n[time]\nend = 1.0\nadvection = \"upwind5-advective\"",
         "[coupling]\nwall = \"mixing\"",
         "[coupling]\nwall = \"mixing\"\nforce = \"literal\"\n[time]\nend = 1.0\n\
         scheme = \"euler\"\nadvection = \"qsi\"",

@@ -1,6 +1,6 @@
 //! The paper's section 3 at N = 8 and 16: drag against a control volume, steady and shedding wakes.
 
-use crate::support::{box_case, columns, run, shipped};
+use crate::support::{columns, run, shipped};
 use mics_run::snapshot::Snapshot;
 use std::path::Path;
 
@@ -178,31 +178,4 @@ fn mics_2003_choices_polygon_euler_and_qsi_run() {
         (last("fluid_fx") - last("pressure_fx") - last("viscous_fx") - last("convective_fx")).abs()
             < 1e-9 * last("fluid_fx")
     );
-}
-
-/// In a scene that is symmetric to rounding the wake stays so, and its drag is no wake's: the end
-/// of the run says it.
-#[test]
-fn symmetric_wake_is_noted_with_perturbation_key() {
-    let dir = tempfile::tempdir().unwrap();
-    let case = dir.path().join("case.toml");
-    let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
-    let notes = |more: &str| {
-        let disc = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [0.5, 0.5]\n\
-            motion = \"fixed\"\n";
-        let time = "[time]\nend = 6.0\n[output]\nfigures = false\n";
-        std::fs::write(
-            &case,
-            box_case([2.0, 1.0], [64, 32], 0.0025, sides, &format!("{disc}{time}{more}")),
-        )
-        .unwrap();
-        run(&case, &dir.path().join("out"), &["--force"])["notes"].to_string()
-    };
-    let said = notes("");
-    assert!(
-        said.contains("stayed symmetric") && said.contains("initial.perturbation = 0.05"),
-        "{said}"
-    );
-    let said = notes("[initial]\nperturbation = 0.05\n");
-    assert!(!said.contains("symmetric"), "{said}");
 }

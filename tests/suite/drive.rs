@@ -132,27 +132,6 @@ fn mean_velocity_drive_with_light_body_pressed_by_heavy_one() {
 }
 
 #[test]
-fn hold_mixture_keeps_momentum_of_periodic_box() {
-    for wall in ["sharp", "mixing"] {
-        let petsc = petsc();
-        let mut scene = pair(&petsc, "hold_mixture = true", wall);
-        scene.step(0.01).unwrap();
-        let before = scene.state.balance.unwrap().momentum;
-        for _ in 0..60 {
-            scene.step(0.01).unwrap();
-        }
-        let gathered = (scene.state.balance.unwrap().momentum - before).amax();
-        assert!(gathered < 1e-12, "{wall}: {gathered} kg m/s");
-        let weight = (2.0 - 0.5) * PI * 0.09;
-        let force = scene.state.drive.unwrap();
-        assert!(
-            (force - Vector3::new(0.0, weight / 4.0, 0.0)).norm() < 1e-12,
-            "{wall}: {force} N/m3"
-        );
-    }
-}
-
-#[test]
 fn force_on_fixed_body_balances_drive() {
     let petsc = petsc();
     let (area, force) = (0.25 * PI * 0.36, 0.5);

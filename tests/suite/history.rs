@@ -6,7 +6,7 @@ use crate::estimates::says;
 use crate::plots::plotted;
 use crate::program::write;
 use crate::restart::{checkpoints, colliding};
-use crate::support::{PERIODIC, box_case, columns, mics, petsc, run, run_on_ranks};
+use crate::support::{box_case, columns, mics, petsc, run, run_on_ranks};
 use mics::scene::Scene;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};

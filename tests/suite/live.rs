@@ -1,7 +1,7 @@
 //! A run while it goes on: its progress on a terminal, in a pipe, without colour, quiet, on several
-//! ranks, and `mics watch`.
+//! ranks.
 
-use crate::support::{STREAM, box_case, command, mics, mics_command, mpirun};
+use crate::support::{STREAM, box_case, command, mics_command, mpirun};
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
@@ -109,78 +109,6 @@ fn progress_bar_on_plain_and_dumb_terminals() {
     assert!(!shown[table..].contains("steps/s"), "{shown:?}");
     let dumb = in_terminal(&case, &dir.path().join("b"), &[("TERM", "dumb")]);
     assert!(!dumb.contains('\u{1b}') && !dumb.contains("steps/s"), "{dumb:?}");
-}
-
-#[test]
-fn watch_follows_a_run_to_its_end() {
-    let dir = tempfile::tempdir().unwrap();
-    let (case, out) = (case(dir.path(), 300), dir.path().join("run"));
-    let mut run =
-        mics_command().arg("run").arg(&case).arg("--quiet").arg("--out").arg(&out).spawn().unwrap();
-    wait_for(|| !records_or_none(&out).is_empty());
-    let watched = mics(&["watch", out.to_str().unwrap()]);
-    assert!(run.wait().unwrap().success());
-    let said = words(&watched);
-    assert!(watched.status.success() && said.contains("100 %  t = 0.6000 s, step 300"), "{said}");
-    assert!(
-        said.contains("drag = ") && said.trim_end().ends_with("done at t = 0.600000 s, step 300"),
-        "{said}"
-    );
-    // A run that has ended is told at once.
-    assert_eq!(words(&mics(&["watch", out.to_str().unwrap()])).lines().last(), said.lines().last());
-}
-
-#[test]
-fn watch_says_that_a_run_was_killed() {
-    let dir = tempfile::tempdir().unwrap();
-    let (case, out) = (case(dir.path(), 1_000_000), dir.path().join("run"));
-    let mut run =
-        mics_command().arg("run").arg(&case).arg("--quiet").arg("--out").arg(&out).spawn().unwrap();
-    wait_for(|| !records_or_none(&out).is_empty());
-    run.kill().unwrap();
-    run.wait().unwrap();
-    let watched = mics(&["watch", out.to_str().unwrap()]);
-    let said = words(&watched);
-    assert_eq!(watched.status.code(), Some(3), "{said}");
-    assert!(said.contains("was killed: it is gone without an end"), "{said}");
-}
-
-#[test]
-fn watch_follows_several_runs_and_returns_first_failure() {
-    let dir = tempfile::tempdir().unwrap();
-    let (short, long) = (case(dir.path(), 100), dir.path().join("long"));
-    std::fs::create_dir(&long).unwrap();
-    let long = case(&long, 1_000_000);
-    let folders = [dir.path().join("done"), dir.path().join("killed")];
-    let start = |case: &Path, out: &Path| {
-        let run = mics_command()
-            .arg("run")
-            .arg(case)
-            .arg("--quiet")
-            .arg("--out")
-            .arg(out)
-            .spawn()
-            .unwrap();
-        wait_for(|| !records_or_none(out).is_empty());
-        run
-    };
-    let mut runs = [start(&short, &folders[0]), start(&long, &folders[1])];
-    runs[1].kill().unwrap();
-    runs[1].wait().unwrap();
-    let watched = mics(&["watch", folders[0].to_str().unwrap(), folders[1].to_str().unwrap()]);
-    assert!(runs[0].wait().unwrap().success());
-    let said = words(&watched);
-    assert_eq!(watched.status.code(), Some(3), "{said}");
-    assert!(said.contains("done: done at t = 0.200000 s, step 100"), "{said}");
-    assert!(said.contains("killed: process") && said.contains("gone without an end"), "{said}");
-    let absent = mics(&["watch", folders[0].to_str().unwrap(), "absent"]);
-    assert_eq!(absent.status.code(), Some(2), "{}", words(&absent));
-}
-
-/// The whole lines so far.
-fn records_or_none(out: &Path) -> Vec<String> {
-    let text = std::fs::read_to_string(out.join("progress.jsonl")).unwrap_or_default();
-    text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::to_owned).collect()
 }
 
 /// Waits until it is `ready`.

@@ -279,7 +279,7 @@ fn too_many_ranks_for_grid_are_refused() {
 fn ranks_agree_mean_velocity_drive_with_falling_bodies() {
     for (wall, held) in [
         ("sharp", "mean_velocity = { axis = \"x\", value = 0.3 }"),
-        ("mixing", "hold_mixture = true"),
+        ("mixing", "mean_velocity = { axis = \"x\", value = 0.3 }"),
     ] {
         expect_the_same(&format!(
             "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\n\

@@ -259,7 +259,7 @@ fn spin_of_disc_that_falls_off_the_middle_of_a_cell() {
         let disc = format!(
             "[[particle]]\nshape = {{ disc = {{ diameter = 0.004 }} }}\n\
             position = [{:?}, 0.0081]\ndensity = 1100.0\n{SHARP}\
-             [drive]\nhold_mixture = true\n",
+             [drive]\nmean_velocity = {{ axis = \"y\", value = 0.0 }}\n",
             0.008 + 0.4 * h
         );
         let case = box_case([0.016, 0.016], [n, n], 0.02, PERIODIC, &disc)

@@ -66,7 +66,5 @@ impl Record {
 
 /// How far the run in a folder is by its newest record, in a line; `None` before the first one.
 pub fn newest(run: &Path) -> Option<String> {
-    let text = std::fs::read_to_string(run.join(FILE)).ok()?;
-    let record = text.lines().rev().find_map(|line| serde_json::from_str::<Record>(line).ok())?;
-    Some(record.line().trim_start().to_owned())
+    Record::newest(run).map(|record| record.line().trim_start().to_owned())
 }

@@ -8,7 +8,6 @@ mod study;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use mics::launch::Ranks;
-use mics::output::watch;
 use mics::run::Request;
 use mics::{Error, Result, check, run, validate};
 use mics_plot::{film, plot, report};
@@ -25,11 +24,8 @@ const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
 0: done. 1: `mics validate` ran, and values fall short of their references or have moved from the \
 page they are compared with; or `mics study` ran, and some of its runs are not done. 2: the case \
 or the command line is wrong, and
-nothing was written. 3: the run failed, with the state before the failing step kept and named; or \
-`mics watch` saw that of
-its run, or that it was killed. 130: interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a \
-checkpoint, from which --resume goes
-on; `mics watch` says so with the same status.
+nothing was written. 3: the run failed, with the state before the failing step kept and named. 130: \
+interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a checkpoint, from which --resume goes on.
 .SH \"SEE ALSO\"
 The method, the keys of a case and what was measured: README.md and the book beside it, docs/, in \
 /usr/share/doc/mics where Debian's package is installed.";
@@ -106,12 +102,6 @@ enum Command {
         /// The file [default: DIR/report.html].
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
-    },
-    /// Follow runs until they end.
-    Watch {
-        /// The runs' folders.
-        #[arg(required = true)]
-        runs: Vec<PathBuf>,
     },
     /// Begin a case of your own, DIR/case.toml, as a shipped one.
     New {
@@ -233,7 +223,6 @@ fn act(command: Command) -> Result<u8> {
         Command::Report { run, out } => {
             print(&report::write(&run, out.as_deref())?.display().to_string())
         }
-        Command::Watch { runs } => watch::watch(&runs),
         Command::New { dir, template } => cases::begin(&dir, &template),
         Command::Cases { action } => cases::cases(action),
         Command::Validate { names, full, out, markdown, compare, petsc, .. } => {

@@ -3,7 +3,7 @@
 //! which draws the bar and hands on what asks the run to end.
 
 use mics::launch::{self, Launch, Ranks};
-use mics::output::watch::Glance;
+use mics::output::progress::Glance;
 use mics::{Error, Result};
 use rustix::process::{Pid, Signal, kill_process};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};

@@ -38,9 +38,9 @@ impl<'a, const D: usize> CoupledFaces<'a, D> {
         self.cut
     }
 
-    /// The velocities through faces, for changes of the fluid's own (m/s), and the bodies.
-    pub fn split(&mut self) -> (&mut VectorField<D>, &[Body]) {
-        (self.faces, self.bodies)
+    /// The velocities through faces (m/s), for changes of the fluid's own.
+    pub fn faces(&mut self) -> &mut VectorField<D> {
+        self.faces
     }
 
     /// Sets the velocity (m/s) and the spin (rad/s) of a body to what they are on its rank, whose

@@ -228,7 +228,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         self.cut.interpolate(domain, s, StepNumbers::START, 0.0, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
         self.impulsive_start(domain, s, false)?;
-        s.drive = domain.drive_at_start(&s.bodies);
+        s.drive = domain.drive_at_start();
         let surfaces = history(&mut s.surfaces)?;
         copy(&s.faces, &mut surfaces.correction);
         surfaces.before_forcing.reserve(self.cut.most_ghost_cells());

@@ -49,17 +49,12 @@ impl<'a, const D: usize> PressureStep<'a, D> {
     ) -> Result<PressureStep<'a, D>> {
         modes.set(domain, cut, &s.bodies, motions)?;
         let inverse_mass = modes::hold(domain, cut, &s.bodies, motions)?;
-        let Domain { session, grid, boundaries, projection, drive, fluid, .. } = domain;
-        let (session, density, beta) = (&*session, fluid.density, &cut.beta);
+        let Domain { session, grid, boundaries, projection, drive, .. } = domain;
+        let session = &*session;
+        let beta = &cut.beta;
         let drive = drive.as_ref().zip(s.drive.as_mut());
-        let driving = drive.map(|(drive, force)| Driving {
-            drive,
-            force,
-            beta,
-            inverse_mass,
-            density,
-            session,
-        });
+        let driving =
+            drive.map(|(drive, force)| Driving { drive, force, beta, inverse_mass, session });
         let coupled = CoupledFaces::new(cut, &mut s.faces, &mut s.bodies);
         let oblong = modes.oblong();
         let following = Following { session, coupled, driving, oblong, motions, sums };
@@ -116,13 +111,12 @@ struct Following<'a, const D: usize> {
 
 impl<const D: usize> Coupled<D> for Following<'_, D> {
     fn faces(&mut self) -> &mut VectorField<D> {
-        self.coupled.split().0
+        self.coupled.faces()
     }
 
     fn begin(&mut self, grid: &Grid<D>, dt: f64) -> Result<()> {
         let Some(driving) = &mut self.driving else { return Ok(()) };
-        let (faces, bodies) = self.coupled.split();
-        let change = driving.follow(grid, bodies, dt, faces)?;
+        let change = driving.follow(grid, dt, self.coupled.faces())?;
         if change == Vector3::zeros() {
             return Ok(());
         }

@@ -85,7 +85,6 @@ fn time(case: &Case) -> Vec<String> {
     };
     let advection = match case.time.advection {
         Advection::Upwind5 => "fifth-order upwind, conservative",
-        Advection::Upwind5Advective => "fifth-order upwind, advective",
         Advection::Qsi => "QSI, semi-Lagrangian",
     };
     let steps = match case.time.step {

@@ -253,9 +253,6 @@ impl Drive {
                 held.value,
                 ["x", "y", "z"][held.axis.index()]
             ),
-            Drive::HoldMixture => {
-                "the gradient of the pressure that carries the weight of the free particles".into()
-            }
         }
     }
 }

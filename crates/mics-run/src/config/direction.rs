@@ -82,7 +82,7 @@ fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
 fn driven(case: &Case) -> Option<Vector3<f64>> {
     let drive = case.drive.as_ref()?;
     let force = drive.force.as_ref().map(|force| vector(force));
-    force.or_else(|| (drive.gravity || drive.hold_mixture).then(|| gravity_along(case, true)))
+    force.or_else(|| drive.gravity.then(|| gravity_along(case, true)))
 }
 
 /// Gravity along the axes that are periodic, or along those that have sides.

@@ -46,11 +46,23 @@ const TABLES: [&str; 12] = [
 ];
 
 /// Keys of earlier versions, each with what takes its place; a list is passed over on the way.
-const GONE: [(&str, &str); 1] = [(
-    "numerics",
-    "the numbers of the method are no keys any more, they are constants of src/numerics.rs, which \
-    docs/constants.md describes: leave this table out",
-)];
+const GONE: [(&str, &str); 3] = [
+    (
+        "numerics",
+        "the numbers of the method are no keys any more, they are constants of src/numerics.rs, \
+        which docs/constants.md describes: leave this table out",
+    ),
+    (
+        "time.upwinding",
+        "advection is upwinded in full, as it was without this key: leave it out, and use more \
+        cells where small eddies are damped",
+    ),
+    (
+        "drive.hold_mixture",
+        "hold the mean velocity of fluid and particles in its place, as in drive.mean_velocity = \
+        { axis = \"y\", value = 0.0 }",
+    ),
+];
 
 /// A parsed case file with its overrides and what its preset fills in.
 pub(super) struct Document<'a> {

@@ -131,12 +131,10 @@ fn inflow(raw: &raw::Case) -> Option<Vec<f64>> {
 
 /// A checked drive.
 fn drive(raw: raw::Drive) -> Drive {
-    let raw::Drive { force, gravity, mean_velocity, hold_mixture: _ } = raw;
-    match (force, mean_velocity) {
+    match (raw.force, raw.mean_velocity) {
         (Some(force), _) => Drive::Force(force),
         (None, Some(held)) => Drive::MeanVelocity(held),
-        (None, None) if gravity => Drive::Gravity,
-        (None, None) => Drive::HoldMixture,
+        (None, None) => Drive::Gravity,
     }
 }
 
@@ -184,7 +182,7 @@ const MAX_STAGES: [usize; 3] = [10, 8, 4];
 /// Time stepping of a case that has particles `mixed` in or not, `some` or none, of which some move
 /// or none.
 fn time(raw: raw::Time, mixed: bool, some: bool, moves: bool) -> Result<Time, Fault> {
-    let raw::Time { end, step, cfl, scheme, max_stages, advection, upwinding } = raw;
+    let raw::Time { end, step, cfl, scheme, max_stages, advection } = raw;
     let scheme = scheme.unwrap_or(match (mixed, moves) {
         (true, _) => Scheme::Rk2,
         (false, true) => Scheme::Rkl2,
@@ -205,14 +203,7 @@ fn time(raw: raw::Time, mixed: bool, some: bool, moves: bool) -> Result<Time, Fa
     };
     let courant = || Step::Courant(cfl.unwrap_or(default));
     let max_stages = max_stages.unwrap_or(MAX_STAGES[usize::from(some) + usize::from(moves)]);
-    Ok(Time {
-        end,
-        step: step.map_or_else(courant, Step::Fixed),
-        scheme,
-        max_stages,
-        advection,
-        upwinding: upwinding.unwrap_or(1.0),
-    })
+    Ok(Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, max_stages, advection })
 }
 
 /// A measure along this direction and axis of a case with this reference speed (m/s), this force of

@@ -122,8 +122,6 @@ pub enum Drive {
     Gravity,
     /// The gradient of the pressure that holds this mean velocity.
     MeanVelocity(MeanVelocity),
-    /// The gradient that carries the weight of free bodies, along the axes that are periodic.
-    HoldMixture,
 }
 
 /// One body.
@@ -314,8 +312,6 @@ pub struct Time {
     pub max_stages: usize,
     /// The advection scheme.
     pub advection: Advection,
-    /// How much of the upwinding there is, from 0 to 1.
-    pub upwinding: f64,
 }
 
 /// What gives the length of a step.

@@ -22,7 +22,7 @@ impl Case {
                 self.fluid.density
                     * axes().map(|a| self.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
             ),
-            Drive::MeanVelocity(_) | Drive::HoldMixture => None,
+            Drive::MeanVelocity(_) => None,
         }
     }
 

@@ -110,7 +110,6 @@ fn file(case: &Case) -> raw::Case {
             scheme: Some(case.time.scheme),
             max_stages: case.time.scheme.has_further_stages().then_some(case.time.max_stages),
             advection: case.time.advection,
-            upwinding: Some(case.time.upwinding).filter(|part| *part < 1.0),
         },
         pressure: case.pressure.clone(),
         petsc: case.petsc.clone(),
@@ -127,7 +126,6 @@ fn drive(drive: &Drive) -> raw::Drive {
         Drive::Force(force) => raw.force = Some(force.clone()),
         Drive::Gravity => raw.gravity = true,
         Drive::MeanVelocity(held) => raw.mean_velocity = Some(*held),
-        Drive::HoldMixture => raw.hold_mixture = true,
     }
     raw
 }

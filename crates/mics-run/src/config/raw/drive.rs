@@ -1,6 +1,6 @@
 //! What moves the fluid besides its boundaries.
 
-use super::{Case, Motion};
+use super::Case;
 use crate::config::fault::{AXES, Check, finite, vector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,13 +17,9 @@ pub struct Drive {
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub gravity: bool,
     /// Mean velocity of fluid and bodies along a periodic axis (m/s), held by a pressure gradient
-    /// found in every step.
+    /// found in every step. Without it a periodic box of falling bodies accelerates as a whole.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_velocity: Option<MeanVelocity>,
-    /// A pressure gradient carries the weight of the free bodies along periodic axes. Without it a
-    /// periodic box of falling bodies accelerates as a whole.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub hold_mixture: bool,
 }
 
 /// A mean velocity that is held.
@@ -69,11 +65,9 @@ impl Drive {
     /// Checks it as a part of its case.
     pub(in crate::config) fn check(&self, case: &Case) -> Check {
         let dimension = case.dimension();
-        let given =
-            [self.force.is_some(), self.gravity, self.mean_velocity.is_some(), self.hold_mixture];
+        let given = [self.force.is_some(), self.gravity, self.mean_velocity.is_some()];
         let count = given.iter().filter(|given| **given).count();
-        let ways = "force = [...], gravity = true, mean_velocity = { axis = \"x\", value = ... }, \
-            hold_mixture = true";
+        let ways = "force = [...], gravity = true, mean_velocity = { axis = \"x\", value = ... }";
         ensure!(count == 1, "drive", "give exactly one of {ways}; there are {count}");
         if let Some(force) = &self.force {
             vector("drive.force", force, dimension, "N/m3")?;
@@ -88,21 +82,11 @@ impl Drive {
         let gravity = case.fluid.gravity.as_deref().unwrap_or_default();
         let along = (0..dimension)
             .any(|axis| case.periodic(axis) && gravity.get(axis).is_some_and(|g| *g != 0.0));
-        for (given, key) in
-            [(self.gravity, "drive.gravity"), (self.hold_mixture, "drive.hold_mixture")]
-        {
-            let cure = "give fluid.gravity a part along a periodic axis, as in [9.81e-3, -9.81]";
-            ensure!(!given || along, key, "no periodic axis has any gravity: {cure}");
-        }
-        let bodies = case.particle.iter().any(|particle| particle.motion == Motion::Free)
-            || case
-                .swarm
-                .iter()
-                .any(|swarm| swarm.motion.clone().unwrap_or_default() == Motion::Free);
+        let cure = "give fluid.gravity a part along a periodic axis, as in [9.81e-3, -9.81]";
         ensure!(
-            !self.hold_mixture || bodies,
-            "drive.hold_mixture",
-            "carries the weight of free particles: there are none"
+            !self.gravity || along,
+            "drive.gravity",
+            "no periodic axis has any gravity: {cure}"
         );
         Ok(())
     }

@@ -265,11 +265,6 @@ pub struct Time {
     /// The advection scheme.
     #[serde(default)]
     pub advection: Advection,
-    /// Share of the upwinding of `upwind5`, from 0 (sixth-order central differences) to 1, the
-    /// default. Less damps small eddies less, and leaves unresolved waves; below 1 with `scheme =
-    /// "rk3"` only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub upwinding: Option<f64>,
 }
 
 /// The time scheme of the prediction (7).
@@ -304,11 +299,8 @@ pub enum Advection {
     /// Conservative: fifth-order upwind values carried by the divergence-free face velocities.
     #[default]
     Upwind5,
-    /// `-u.grad u` as printed in (7), fifth-order upwind differences. It does not conserve
-    /// momentum; forces are those of pressure and surface shear alone.
-    Upwind5Advective,
-    /// The paper's QSI: semi-Lagrangian local quintic, axis by axis; `scheme = "euler"` only, does
-    /// not conserve momentum.
+    /// The paper's QSI: semi-Lagrangian local quintic, axis by axis; `scheme = "euler"` only. It
+    /// does not conserve momentum; forces are those of pressure and surface shear alone.
     Qsi,
 }
 

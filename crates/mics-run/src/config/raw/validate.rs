@@ -217,13 +217,6 @@ fn time(case: &Case) -> Check {
             "must be 3 to {MOST_STAGES} stages, not {stages}"
         );
     }
-    if let Some(part) = time.upwinding {
-        ensure!((0.0..=1.0).contains(&part), "time.upwinding", "must be from 0 to 1, not {part}");
-        let holds = part == 1.0
-            || (time.scheme == Some(Scheme::Rk3) && time.advection == Advection::Upwind5);
-        let cure = "set time.scheme = \"rk3\" and time.advection = \"upwind5\"";
-        ensure!(holds, "time.upwinding", "less than 1 is stable with three stages alone: {cure}");
-    }
     let euler = time.scheme == Some(Scheme::Euler);
     let holds = time.advection != Advection::Qsi || euler;
     let cure = "set time.scheme = \"euler\" or choose upwind5";
