@@ -41,10 +41,8 @@ impl<const D: usize> Run<'_, D> {
     /// # Errors
     /// When ranks cannot sum, or the folder cannot be written.
     pub(super) fn close(&mut self, status: &str) -> Result<()> {
-        if status != "failed" {
-            if let Some(statistics) = &self.statistics {
-                statistics.write(&self.scene, &self.out)?;
-            }
+        if let Some(statistics) = self.statistics.as_ref().filter(|_| status != "failed") {
+            statistics.write(&self.scene, &self.out)?;
         }
         let totals = self.totals()?;
         let unused = self.session.unused_options()?;
