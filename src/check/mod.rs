@@ -217,6 +217,8 @@ fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<Trial>
             Err(_) if steps >= FEWEST_TRIED => break,
             report => report?,
         };
+        // A run has it in its rows.
+        scene.energy_and_speed()?;
         // Each solve has its first residual as well.
         rows += report.outer + report.krylov;
         steps += 1;
