@@ -33,8 +33,12 @@ use steps::{later_step, step_among_bodies};
 use stiffness::{contacts, refuse_too_stiff, shortest};
 use touching::Touching;
 
-/// Steps that are tried (and thrown away) to tell the cost of one.
-const TRIAL_STEPS: u32 = 3;
+/// Fewest steps that are tried (and thrown away) to tell the cost of one.
+const FEWEST_TRIED: u32 = 3;
+/// Most steps that are tried: a run has as many at least.
+const MOST_TRIED: u32 = 10;
+/// Time (s) after which no more steps are tried than the fewest.
+const LONGEST_TRIAL: f64 = 0.3;
 
 /// Reads, checks and describes a case; `quiet`, it is not described, and no step is tried.
 /// Collective; rank 0 prints.
@@ -130,7 +134,7 @@ fn describe<const D: usize>(
     let taken = (ranks > session.size()).then(|| format!("{ranks}, which a run starts by itself"));
     lines.extend(advice.or(taken).map(|line| format!("ranks        {line}")));
     let touching = Touching::measured(case, &scene, step_among_bodies(case, &limits));
-    let Trial { step, without, solve_rows } = try_steps(case, &mut scene)?;
+    let Trial { steps: tried, step, without, solve_rows } = try_steps(case, &mut scene)?;
     lines.extend(touching.as_ref().map(Touching::describe));
     let (seconds, with) = match &touching {
         Some(touching) => (without + touching.seconds, " with contacts"),
@@ -141,7 +145,7 @@ fn describe<const D: usize>(
     let mut memory = [peak_memory()];
     session.sum(&mut memory)?;
     lines.push(format!(
-        "cost         {:.2} ms a step{with} ({:.2} us a cell; the first {TRIAL_STEPS} steps \
+        "cost         {:.2} ms a step{with} ({:.2} us a cell; the first {tried} steps \
         tried{}), start-up {start_up:.2} s, memory {:.0} MB; about {} for so many steps; {} of \
         disk at most",
         1e3 * seconds,
@@ -164,15 +168,20 @@ fn uncounted<const D: usize>(case: &Case, scene: &Scene<D>) -> &'static str {
     }
 }
 
-/// What the first steps took: a step's time (s), that without its contacts (s), and the rows of its
-/// solves.
+/// The cost of the first steps.
 struct Trial {
+    /// Number of steps that were tried.
+    steps: u32,
+    /// Time of a step (s).
     step: f64,
+    /// Time of a step without its contacts (s).
     without: f64,
+    /// Rows of the solves of a step.
     solve_rows: f64,
 }
 
-/// Tries the first steps as a run would take them.
+/// Tries the first steps as a run would take them; one that fails after the fewest is left to the
+/// run. Collective.
 fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<Trial> {
     scene.domain.clock.lap(Stage::Logs);
     let in_contacts = |scene: &Scene<D>| scene.domain.clock.spent(Stage::Contacts);
@@ -180,16 +189,25 @@ fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<Trial>
     let begun = in_contacts(scene);
     let mut before = None;
     let mut rows = 0;
-    for _ in 0..TRIAL_STEPS {
+    let mut steps = 0;
+    let mut spent = [0.0];
+    while steps < FEWEST_TRIED || (steps < MOST_TRIED && spent[0] < LONGEST_TRIAL) {
         let left = case.time.end - scene.state.time;
         let (dt, _) = choose_step(case, &scene.limits()?, before, left);
-        let report = scene.step(dt)?;
+        let report = match scene.step(dt) {
+            Err(_) if steps >= FEWEST_TRIED => break,
+            report => report?,
+        };
+        // A run has it in its rows.
+        scene.energy_and_speed()?;
         // Each solve has its first residual as well.
         rows += report.outer + report.krylov;
+        steps += 1;
         before = Some(dt);
+        spent = [trial.elapsed().as_secs_f64()];
+        scene.domain.session.max(&mut spent)?;
     }
-    let all = trial.elapsed().as_secs_f64();
-    let tried = f64::from(TRIAL_STEPS);
-    let without = (all - (in_contacts(scene) - begun)) / tried;
-    Ok(Trial { step: all / tried, without, solve_rows: f64::from(rows) / tried })
+    let tried = f64::from(steps);
+    let without = (spent[0] - (in_contacts(scene) - begun)) / tried;
+    Ok(Trial { steps, step: spent[0] / tried, without, solve_rows: f64::from(rows) / tried })
 }

@@ -85,8 +85,8 @@ fn momentum_balance_in_3d() {
     assert!(boundary > 1e-3 && error < 1e-12, "{error:e} of {boundary:e}");
 }
 
-/// Advection along paths keeps no momentum, and the audit has to say so: a balance that closes whatever
-/// happens is none.
+/// Advection along paths keeps no momentum, and the audit has to say so: a balance that closes
+/// whatever happens is none.
 #[test]
 fn momentum_balance_detects_non_conservative_term() {
     let petsc = petsc();

@@ -23,9 +23,10 @@ const COMMIT: &str = env!("MICS_GIT_COMMIT");
 const EXIT_STATUS: &str = ".SH \"EXIT STATUS\"
 0: done. 1: `mics validate` ran, and values fall short of their references or have moved from the \
 page they are compared with; or `mics study` ran, and some of its runs are not done. 2: the case \
-or the command line is wrong, and
-nothing was written. 3: the run failed, with the state before the failing step kept and named. 130: \
-interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a checkpoint, from which --resume goes on.
+or the command line is wrong, and \
+nothing was written. 3: the run failed, with the state before the failing step kept and named. \
+130: interrupted by Ctrl-C, SIGTERM or SIGUSR1 after writing a checkpoint, from which --resume \
+goes on.
 .SH \"SEE ALSO\"
 The method, the keys of a case and what was measured: README.md and the book beside it, docs/, in \
 /usr/share/doc/mics where Debian's package is installed.";
