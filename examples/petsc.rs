@@ -1,5 +1,5 @@
-//! The pressure equation solved by options of PETSc, as in `-- -ksp_type fgmres -pc_type boxmg`; without
-//! any by conjugate gradients with PETSc's algebraic multigrid. A free disc falls for ten steps.
+//! The pressure equation solved by options of PETSc; without any by conjugate gradients with
+//! PETSc's algebraic multigrid. A free disc falls for ten steps.
 //! Whatever solves, |D| of every cell is below the limit of the case.
 //!
 //!     cargo run --release --example petsc -- -ksp_type cg -pc_type gamg

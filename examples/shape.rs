@@ -1,5 +1,5 @@
-//! A shape of one's own: a triangle of Reuleaux, by a formula, settles in a closed box. It has to be
-//! slower than the disc of its area, by one to five hundredths.
+//! A shape of one's own: a triangle of Reuleaux, by a formula, settles in a closed box. It has to
+//! be slower than the disc of its area, by one to five hundredths.
 //!
 //!     cargo run --release --example shape
 

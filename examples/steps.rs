@@ -1,6 +1,6 @@
-//! A loop that reads the state in each step: the energy of a decaying vortex of Taylor and Green goes
-//! into a table of one's own, `energy.csv` or the file that the command line names. In 2D it decays
-//! at the rate `4 nu k^2`, here 1.5791 1/s.
+//! A loop that reads the state in each step: the energy of a decaying vortex of Taylor and Green
+//! goes into a table of one's own, `energy.csv` or the file that the command line names. In 2D it
+//! decays at the rate `4 nu k^2`, here 1.5791 1/s.
 //!
 //!     cargo run --release --example steps -- energy.csv
 
