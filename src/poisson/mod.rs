@@ -14,7 +14,6 @@ mod bodies;
 mod bottom;
 mod coefficient;
 mod conjugate;
-mod exact;
 mod export;
 mod held;
 mod lattice;
