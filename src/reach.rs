@@ -117,11 +117,6 @@ impl Reach {
         let Range { start, end } = self.begin[rank]..self.begin[rank + 1];
         self.by_owner[start as usize..end as usize].iter().map(|k| *k as usize)
     }
-
-    /// Whether this rank owns a body.
-    pub fn owns(&self, k: usize) -> bool {
-        self.owner[k] == self.rank
-    }
 }
 
 #[cfg(test)]
@@ -142,6 +137,5 @@ mod tests {
         assert_eq!(reach.sharing().pairs(), [(0, 0), (0, 2), (2, 2)]);
         let owned = |rank| reach.owned_by(rank).collect::<Vec<_>>();
         assert_eq!([owned(0), owned(1), owned(2)], [vec![0], vec![3], vec![1, 2]]);
-        assert!(reach.owns(3) && !reach.owns(2));
     }
 }

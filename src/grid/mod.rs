@@ -151,16 +151,6 @@ impl<const D: usize> Grid<D> {
         })
     }
 
-    /// The place of `cell`, in the whole grid's count, among this rank's cells, x fastest, if it is
-    /// one of them.
-    pub fn number_of(&self, cell: [usize; D]) -> Option<usize> {
-        let owned =
-            (0..D).all(|a| (self.start[a]..self.start[a] + self.local[a]).contains(&cell[a]));
-        owned.then(|| {
-            (0..D).rev().fold(0, |number, a| number * self.local[a] + cell[a] - self.start[a])
-        })
-    }
-
     /// Where the stored position nearest to a point (m) stands among those of a face of the box
     /// normal to `axis`: the first other axis fastest, as [`BoundaryKind::Velocity`] stores them.
     pub fn position_on_boundary(&self, axis: usize, point: &nalgebra::Vector3<f64>) -> usize {

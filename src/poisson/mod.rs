@@ -13,7 +13,6 @@
 mod bodies;
 mod bottom;
 mod coefficient;
-mod exact;
 mod export;
 mod held;
 mod lattice;

@@ -356,13 +356,13 @@ impl Projection {
     }
 
     /// Keeps the system of the solve of this number (from 1), counted from now on. On one rank.
-    pub fn keep_system_of(&mut self, solve: usize) {
+    pub fn keep_system_of(&mut self, solve: u64) {
         self.export = Some(Export::of(solve));
     }
 
     /// How many solves there were since [`Projection::keep_system_of`], and the system of the
     /// wanted one, where it was among them. Nothing is kept from then on.
-    pub fn take_system(&mut self) -> (usize, Option<System>) {
+    pub fn take_system(&mut self) -> (u64, Option<System>) {
         self.export.take().map_or((0, None), |export| (export.seen, export.system))
     }
 

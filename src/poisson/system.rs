@@ -12,7 +12,7 @@ use crate::Result;
 use crate::petsc::Solved;
 use mics_run::sparse::Sparse;
 
-/// The system of a solve, its exact solution, and how the run itself solved it.
+/// The system of a solve, its solution, and how the run itself solved it.
 #[derive(Clone, Debug)]
 pub struct System {
     /// A_fluid (m/kg).
@@ -23,6 +23,8 @@ pub struct System {
     pub right_side: Vec<f64>,
     /// x (Pa); where the system is singular, the one whose mean is zero.
     pub solution: Vec<f64>,
+    /// The norm of `b - A x` over that of b.
+    pub residual: f64,
     /// Whether constants solve the system for b = 0.
     pub singular: bool,
     /// How the run itself solved it.
@@ -72,56 +74,4 @@ pub enum Origin {
     },
     /// A mean velocity that is held.
     HeldMean,
-}
-
-impl System {
-    /// `b - A x`, as exact as b and A are: products and sums in twice the precision.
-    pub fn residual(&self, x: &[f64]) -> Vec<f64> {
-        let mut sums: Vec<Double> = self.right_side.iter().map(|b| Double(*b, 0.0)).collect();
-        for (row, sum) in sums.iter_mut().enumerate() {
-            self.fluid.row(row).for_each(|(column, a)| sum.add_product(-a, x[column]));
-        }
-        for Factor { weight, entries, .. } in &self.factors {
-            let mut moved = Double(0.0, 0.0);
-            entries.iter().for_each(|(cell, j)| moved.add_product(*j, x[*cell as usize]));
-            for (cell, j) in entries {
-                let (high, low) = product(-weight, *j);
-                let sum = &mut sums[*cell as usize];
-                sum.add_product(high, moved.0);
-                sum.add_product(high, moved.1);
-                sum.add_product(low, moved.0);
-            }
-        }
-        sums.into_iter().map(|sum| sum.0 + sum.1).collect()
-    }
-
-    /// Norm of [`System::residual`] of the solution over that of the right side.
-    pub fn relative_residual(&self) -> f64 {
-        norm(&self.residual(&self.solution)) / norm(&self.right_side)
-    }
-}
-
-/// A number as the sum of two doubles (T. Dekker 1971; Ogita, Rump and Oishi 2005).
-#[derive(Clone, Copy)]
-struct Double(f64, f64);
-
-impl Double {
-    fn add_product(&mut self, a: f64, b: f64) {
-        let (product, rest) = product(a, b);
-        let sum = self.0 + product;
-        let part = sum - self.0;
-        let lost = (self.0 - (sum - part)) + (product - part);
-        *self = Double(sum, self.1 + (lost + rest));
-    }
-}
-
-/// A product of two doubles and what rounding takes from it.
-fn product(a: f64, b: f64) -> (f64, f64) {
-    let product = a * b;
-    (product, a.mul_add(b, -product))
-}
-
-/// The 2-norm.
-pub(super) fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

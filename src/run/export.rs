@@ -15,7 +15,7 @@ pub struct Wanted {
     /// Its step.
     pub moment: Moment,
     /// Its number among the solves of that step, counted from 1.
-    pub solve: usize,
+    pub solve: u64,
 }
 
 /// A step of a run.
@@ -90,7 +90,7 @@ impl Awaited {
 /// there; and on several ranks.
 pub fn system_of(request: &Request, wanted: Wanted) -> Result<Exported> {
     let loaded = read_case(&request.case, &request.set)?;
-    refuse_unreachable(&loaded, &wanted)?;
+    refuse_unreachable(&loaded, wanted.moment)?;
     match loaded.case.dimension() {
         2 => export::<2>(request, &loaded, wanted),
         _ => export::<3>(request, &loaded, wanted),
@@ -98,11 +98,9 @@ pub fn system_of(request: &Request, wanted: Wanted) -> Result<Exported> {
 }
 
 /// Refuses what no run of the case comes to.
-fn refuse_unreachable(loaded: &Loaded, wanted: &Wanted) -> Result<()> {
+fn refuse_unreachable(loaded: &Loaded, moment: Moment) -> Result<()> {
     let end = loaded.case.time.end;
-    let why = match wanted.moment {
-        _ if wanted.solve == 0 => "solves are counted from --solve 1".into(),
-        Moment::Step(0) => "steps are counted from --step 1".into(),
+    let why = match moment {
         Moment::Time(time) if !(time.is_finite() && time > 0.0) => {
             format!("--at {time} s is no time after the start")
         }
@@ -170,24 +168,14 @@ impl<const D: usize> Run<'_, D> {
     }
 
     /// The refusal of a solve that a step has not.
-    fn unsolved(&self, wanted: &Wanted, solves: usize) -> Error {
-        let (step, time) = (self.began.0 + 1, self.began.1);
-        Error::Usage(match solves {
-            0 => format!(
-                "nothing is solved in step {step}, from t = {time:.6} s: its velocities are free \
-                of divergence as they are, and the pressure stays; give another step"
-            ),
-            1 => format!(
-                "step {step}, from t = {time:.6} s, solves for the pressure once: there is no \
-                --solve {}",
-                wanted.solve
-            ),
-            _ => format!(
-                "step {step}, from t = {time:.6} s, solves for the pressure {solves} times: there \
-                is no --solve {}",
-                wanted.solve
-            ),
-        })
+    fn unsolved(&self, wanted: &Wanted, solves: u64) -> Error {
+        Error::Usage(format!(
+            "step {}, from t = {:.6} s, solves for the pressure {solves} times (0: its velocities \
+            are free of divergence as they are): there is no --solve {}",
+            self.began.0 + 1,
+            self.began.1,
+            wanted.solve
+        ))
     }
 
     /// What is to be said of a system of a step of `dt` (s) that has just ended, or failed.

@@ -92,6 +92,35 @@ fn book_links_resolve() {
 }
 
 #[test]
+fn book_names_tests_that_exist() {
+    let folders = ["tests", "src", "crates"].map(shipped);
+    let sources: String = folders.iter().flat_map(|folder| sources(folder)).collect();
+    let mut wrong = Vec::new();
+    for page in pages().iter().filter(|page| !page.ends_with("CHANGELOG.md")) {
+        let text = std::fs::read_to_string(page).unwrap().replace('\n', " ");
+        let named = ["--test suite ", "test `", "tests `"].map(|before| text.split(before).skip(1));
+        for rest in named.into_iter().flatten() {
+            let name = rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap();
+            if !name.starts_with(char::is_uppercase) && !sources.contains(name) {
+                wrong.push(format!("{}: no test {name}", page.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The texts of all sources in a folder.
+fn sources(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let texts = entries.flat_map(|path| match path.extension() {
+        _ if path.is_dir() => sources(&path),
+        Some(ending) if ending == "rs" => vec![std::fs::read_to_string(&path).unwrap()],
+        _ => Vec::new(),
+    });
+    texts.collect()
+}
+
+#[test]
 fn link_checker_follows_forge_anchors() {
     let text = "# A `[fluid]` of two\n## Twice\n```\n# no heading, [no](link)\n```\n## Twice\n";
     assert_eq!(anchors(text), ["a-fluid-of-two", "twice", "twice-1"]);

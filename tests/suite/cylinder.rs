@@ -125,8 +125,8 @@ fn cylinder_wake_steady_at_re_40_and_strouhal_at_re_100() {
     expect_the_wake(100.0, 3, 0.02);
 }
 
-/// There the boundary layer is thinner than a spacing: docs/measured.md says what eight places
-/// within a cell give.
+/// There the boundary layer is thinner than a spacing: the study offsets.study.toml says what
+/// eight places within a cell give.
 #[test]
 #[ignore = "takes long; ci/weekly"]
 fn cylinder_wake_strouhal_at_re_200() {

@@ -57,19 +57,9 @@ impl<const D: usize> LocalBodies<D> {
         (0..).zip(&self.numbers).for_each(|(place, k)| self.places[*k as usize] = place);
     }
 
-    /// How many are here.
-    pub fn len(&self) -> usize {
-        self.bodies.len()
-    }
-
     /// How many bodies all ranks have.
     pub fn count(&self) -> usize {
         self.places.len()
-    }
-
-    /// The number of the body at a place.
-    pub fn number(&self, place: usize) -> usize {
-        self.numbers[place] as usize
     }
 
     /// Those here.

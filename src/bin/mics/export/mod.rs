@@ -3,7 +3,8 @@
 mod readme;
 mod whole;
 
-use clap::Args;
+use clap::builder::RangedU64ValueParser;
+use clap::{Args, value_parser};
 use mics::petsc::Solved;
 use mics::poisson::{Factor, OwnSolve, System};
 use mics::run::{self, Exported, Moment, Wanted, system_of};
@@ -19,10 +20,9 @@ use std::path::{Path, PathBuf};
 
 /// Says what the system is, and that the folder is one of ours.
 const MARK: &str = "system.json";
-/// What is written beside it; each but the first in both formats.
+/// What is written beside it; each but the first in MatrixMarket's text and in PETSc's binary form.
 const README: &str = "README.md";
 const MATRICES: [&str; 7] = ["A", "A_fluid", "J", "w", "b", "x", "null"];
-const ENDINGS: [&str; 2] = ["mtx", "petsc"];
 
 /// What `mics export-system` was told.
 #[derive(Args)]
@@ -33,8 +33,8 @@ pub struct Request {
     moment: MomentArgs,
     /// Which solve of that step: C-HSMAC solves until the divergence of every cell is below its
     /// limit.
-    #[arg(long, value_name = "K", default_value_t = 1)]
-    solve: usize,
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = from_one())]
+    solve: u64,
     /// The folder of the system [default: systems/NAME].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -56,8 +56,12 @@ struct MomentArgs {
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     at: Option<f64>,
     /// The step of this number, the first one being 1.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = from_one())]
     step: Option<u64>,
+}
+
+fn from_one() -> RangedU64ValueParser {
+    value_parser!(u64).range(1..)
 }
 
 /// Runs a case to a solve and writes its system.
@@ -86,61 +90,43 @@ pub fn export(request: &Request) -> Result<()> {
         commit: crate::COMMIT,
     };
     let exported = system_of(&run, Wanted { moment, solve: request.solve })?;
-    let whole = whole::sum(&exported.system, request.most_nonzeros);
-    let about = About { name: &name, solve: request.solve, exported: &exported, whole: &whole };
+    let system = &exported.system;
+    let at_most = whole::at_most(system);
+    let small = at_most <= request.most_nonzeros || system.factors.is_empty();
+    let whole = small.then(|| whole::sum(system));
+    let about = About { name: &name, solve: request.solve, exported: &exported, whole, at_most };
     clear(&out)?;
     about.write(&out)?;
-    if request.quiet {
-        return Ok(());
-    }
-    about.lines().iter().try_for_each(|line| print(line))?;
-    print(&format!("{}: {README} says how to read and solve it", out.display()))
+    if request.quiet { Ok(()) } else { print(&about.words(&out)) }
 }
 
 /// Whether a system may be written to a folder.
 ///
 /// # Errors
-/// When it holds one and `force` is not set, or anything else.
+/// When it holds one and `force` is not set, or anything but a system.
 fn may_use(path: &Path, force: bool) -> Result<()> {
-    let refuse = |why: String| Err(Error::Usage(format!("{}: {why}", path.display())));
-    let entries = match fs::read_dir(path) {
+    let refuse = |why: &str| Err(Error::Usage(format!("{}: {why}", path.display())));
+    match fs::read_dir(path).map(Iterator::count) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(e) => return refuse(format!("cannot be used as a system's folder: {e}")),
-        Ok(entries) => entries,
-    };
-    let names: Vec<String> =
-        entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
-    let ours = ours();
-    let is_ours = |n: &&String| ours.iter().any(|own| own == n.trim_end_matches(".part"));
-    if let Some(strange) = names.iter().find(|n| !is_ours(n)) {
-        return refuse(format!(
-            "the folder exists and holds {strange:?}, which export-system did not write; give \
-            another folder with --out"
-        ));
+        Err(e) => return refuse(&format!("cannot be used as a system's folder: {e}")),
+        Ok(0) => return Ok(()),
+        Ok(_) => {}
     }
-    match (names.iter().all(|n| n.ends_with(".part")), names.iter().any(|n| n == MARK), force) {
-        (true, _, _) | (_, true, true) => Ok(()),
-        (_, true, false) => refuse(
+    match (path.join(MARK).exists(), force) {
+        (true, true) => Ok(()),
+        (true, false) => refuse(
             "the folder exists and holds a system; give another with --out, or --force to replace \
-            it"
-            .into(),
+            it",
         ),
-        (_, false, _) => refuse(format!(
+        (false, _) => refuse(&format!(
             "the folder exists and holds no system (no {MARK}); give another folder with --out"
         )),
     }
 }
 
-/// Names of all files that are written.
-fn ours() -> Vec<String> {
-    let matrices = MATRICES.iter().flat_map(|m| ENDINGS.map(|ending| format!("{m}.{ending}")));
-    // The last one is what makes it a system's folder.
-    matrices.chain([README.into(), MARK.into()]).collect()
-}
-
-/// Deletes what an earlier export left, and nothing else.
+/// Deletes the matrices and vectors of an earlier export, and nothing else.
 fn clear(path: &Path) -> Result<()> {
-    for file in ours().into_iter().flat_map(|name| [format!("{name}.part"), name]) {
+    for file in MATRICES.iter().flat_map(|m| ["mtx", "petsc"].map(|e| format!("{m}.{e}"))) {
         match fs::remove_file(path.join(file)) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(path)(e)),
             _ => {}
@@ -152,9 +138,12 @@ fn clear(path: &Path) -> Result<()> {
 /// A system, where it is from, and its matrix as a whole.
 struct About<'a> {
     name: &'a str,
-    solve: usize,
+    solve: u64,
     exported: &'a Exported,
-    whole: &'a whole::Whole,
+    /// `None` where it would have too many nonzeros.
+    whole: Option<Sparse>,
+    /// A bound on its nonzeros.
+    at_most: usize,
 }
 
 impl About<'_> {
@@ -174,9 +163,9 @@ impl About<'_> {
             write_vector_petsc(&file(name, "petsc"), vector)
         };
         vector("b", &system.right_side, "right side b (1/s2)")?;
-        vector("x", &system.solution, "exact solution x of A x = b (Pa)")?;
+        vector("x", &system.solution, "solution x of A x = b (Pa)")?;
         matrix("A_fluid", &system.fluid, true, "the fluid's part of A (m/kg)")?;
-        if let Some(whole) = &self.whole.matrix {
+        if let Some(whole) = &self.whole {
             matrix("A", whole, true, "A = A_fluid + J diag(w) J^T (m/kg)")?;
         }
         if !system.factors.is_empty() {
@@ -213,13 +202,13 @@ impl About<'_> {
             "cells": at.cells, "spacing": at.spacing,
             "unknowns": fluid.rows(),
             "nonzeros": {
-                "A": self.whole.matrix.as_ref().map(Sparse::entries),
-                "A_at_most": self.whole.at_most,
+                "A": self.whole.as_ref().map(Sparse::entries),
+                "A_at_most": self.at_most,
                 "A_fluid": fluid.entries(),
             },
             "singular": singular,
             "diagonal_shift": 0.0,
-            "relative_residual_of_x": system.relative_residual(),
+            "relative_residual_of_x": system.residual,
             "bodies": at.bodies, "free_bodies": at.free_bodies,
             "density_ratios": at.density_ratios.map(|(least, most)| [least, most]),
             "factors": factors.iter().zip(&at.factors).map(factor).collect::<Vec<_>>(),
@@ -232,46 +221,33 @@ impl About<'_> {
     }
 
     /// What the program says on the screen.
-    fn lines(&self) -> Vec<String> {
+    fn words(&self, out: &Path) -> String {
         let Exported { system, step, time, .. } = self.exported;
-        let mut lines = vec![
-            format!(
-                "{}: solve {} of step {step}, to t = {time:.6} s: {} unknowns, {}",
-                self.name,
-                self.solve,
-                system.fluid.rows(),
-                if system.singular { "singular" } else { "not singular" }
-            ),
-            format!("nonzeros: {}", self.nonzeros()),
-            format!("exact x: b - A x is {:.1e} of b", system.relative_residual()),
+        format!(
+            "{}: solve {} of step {step}, to t = {time:.6} s: {} unknowns, {}\nnonzeros: {}\n\
+            b - A x is {:.1e} of b\n{}\n{}: {README} says how to read and solve it",
+            self.name,
+            self.solve,
+            system.fluid.rows(),
+            if system.singular { "singular" } else { "not singular" },
+            self.nonzeros(),
+            system.residual,
             self.own_solve(),
-        ];
-        if self.whole.matrix.is_none() {
-            lines.push(
-                "A is not written as a whole, but as A_fluid, J and w: --most-nonzeros allows more"
-                    .into(),
-            );
-        }
-        lines
+            out.display()
+        )
     }
 
     /// How many nonzeros the matrices have, in words.
     fn nonzeros(&self) -> String {
         let system = &self.exported.system;
-        let whole = match &self.whole.matrix {
+        let whole = match &self.whole {
             Some(whole) => whole.entries().to_string(),
-            None => format!("up to {}", self.whole.at_most),
+            None => format!("up to {} (not written: --most-nonzeros)", self.at_most),
         };
-        let (fluid, count) = (system.fluid.entries(), system.factors.len());
-        let of_factors = system.factors.iter().map(|factor| factor.entries.len());
-        let factors = match count {
-            0 => "nothing is added to it".into(),
-            _ => {
-                let columns = if count == 1 { "column" } else { "columns" };
-                format!("J {} in {count} {columns}", of_factors.sum::<usize>())
-            }
-        };
-        format!("A {whole}, A_fluid {fluid}, {factors}")
+        let of_factors: usize = system.factors.iter().map(|factor| factor.entries.len()).sum();
+        let columns = system.factors.len();
+        let fluid = system.fluid.entries();
+        format!("A {whole}, A_fluid {fluid}, J {of_factors} in {columns} columns")
     }
 
     /// How the run solved it, in words.
