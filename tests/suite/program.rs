@@ -110,7 +110,7 @@ fn check_describes_scene_and_skipped_parts() {
         "skips        pressure operator at every step",
         "skips        contacts",
         "ms a step",
-        "cg + boxmg (auto: the coefficient varies from face to face)",
+        "cg + boxmg (auto)",
     ] {
         assert!(said.contains(part), "{part} in {said}");
     }
