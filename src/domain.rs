@@ -139,7 +139,8 @@ impl<const D: usize> Domain<D> {
         let inverse_mass =
             drive::mean_coefficient(&self.session, grid, axis, beta)? + with_bodies[0];
         if let FaceCoefficient::Field(beta) = beta {
-            let (beta, whole) = (&beta[axis], 1.0 / self.fluid.density);
+            let beta = &beta[axis];
+            let whole = 1.0 / self.fluid.density;
             let less = grid
                 .face_rows(axis)
                 .flatten()

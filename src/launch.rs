@@ -54,7 +54,8 @@ impl Work {
     /// What is to be said of so many ranks, where the work is enough for more of them; `None` where
     /// that is right.
     pub fn advice(self, ranks: usize) -> Option<String> {
-        let (enough, cores) = (self.ranks(), cores());
+        let enough = self.ranks();
+        let cores = cores();
         let with = if cores > ranks {
             format!("--ranks {} uses the cores that are idle", enough.min(cores))
         } else {

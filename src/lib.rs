@@ -41,29 +41,25 @@
 //!
 //! # The paper's mixing
 //!
-//! The method of the paper (Ushijima et al. 2003), whose equation numbers are used throughout:
-//! fluid and particles are one mixture. With the fraction `alpha_k` of a cell inside particle k:
+//! The method of the paper (Ushijima et al. 2003), whose equation numbers are used throughout, as
+//! it is printed: fluid and particles are one mixture. With the fraction `alpha_k` of a cell inside
+//! particle k:
 //!
 //! ```text
 //! (1)      rho = rho_f + sum_k alpha_k (rho_k - rho_f)                    mixture; viscosity alike
 //! (7)      u* = u + dt [ -u.grad u + (1/rho) div( mu (grad u + grad u^T) ) ]
 //!              cells, without pressure
-//! (8)      U = mean(u*) + dt a,  a = -(1/rho) dp^n/dn + g (1 - rho_f/rho)            faces
+//! (8)      U = mean(u*) - (dt/rho) dp^n/dn                                                   faces
 //! (13-15)  div( (1/rho) grad phi ) = D/dt,  p += phi,  U -= (dt/rho) grad phi   until max |D| < D0
-//! (16)     u_f = u* + dt (a_low + a_high)/2                           cells, with the new pressure
-//! (19)     F_k = sum alpha_k dV sigma_k [ -u.grad u - (grad p_f - div tau)/rho ]
-//!              force as printed, three parts
+//! (16)     u_f = u* - (dt/rho) grad p                             cells, with the new pressure
+//! (19)     F_k = sum alpha_k dV rho_k [ -u.grad u - (grad p_f - div tau)/rho ]
 //! (17, 18) m dV/dt = F + (m - m_f) g + contacts,  I domega/dt = T + contacts        free particles
 //! (20-26)  F_n = k d^gamma + eta d^((gamma-1)/2) v_n,
 //!              F_t = -(k_t xi + eta_t v_t), |F_t| <= mu F_n, in substeps
 //! (27)     u = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r             the wall
-//!          F_k = sum rho alpha_k (u_f - v_k) dV/dt                 force by momentum, on held ones
-//!          sum rho alpha_k (v_k - u_f) dV + b_k = 0               motion by momentum, of free ones
+//! (28, 29) p = p_f + sum_k alpha_k (mean of p in k - p_f)
 //! ```
-//!
-//! The last line is where this code leaves the paper: [`method::mics2003`] derives it. The momentum
-//! of everything in the box is then kept to rounding, at any ratio of densities, and
-//! [`state::Balance`] watches it.
+//! It is there to compare with the paper; [`method::mics2003`] is its step.
 //!
 //! # The house
 //!

@@ -32,8 +32,10 @@ impl Reach {
         let all: Vec<u32> = (0..bodies as u32).collect();
         let begin = (0..=ranks).map(|r| if r > rank { bodies as u32 } else { 0 }).collect();
         let owner = vec![rank as u32; bodies];
-        let (sharing, shared) = (Sharing::new(rank), Vec::new());
-        let (rank, here) = (rank as u32, all.clone());
+        let sharing = Sharing::new(rank);
+        let shared = Vec::new();
+        let rank = rank as u32;
+        let here = all.clone();
         Reach { rank, here, sharing, shared, owner, by_owner: all, begin }
     }
 
@@ -68,7 +70,8 @@ impl Reach {
         shared.clear();
         begin.fill(0);
         for (k, owner) in owner.iter_mut().enumerate() {
-            let (at, mut reached) = (shared.len(), false);
+            let at = shared.len();
+            let mut reached = false;
             *owner = ranks_of(k, &mut |other| {
                 let other = other as u32;
                 reached |= other == *rank;

@@ -314,7 +314,8 @@ impl<const D: usize> Scene<D> {
 
     /// The limits of the time step at the present velocities. Collective.
     pub fn limits(&self) -> Result<Limits> {
-        let (grid, scheme) = (&self.domain.grid, self.method.scheme());
+        let grid = &self.domain.grid;
+        let scheme = self.method.scheme();
         let forces = self.domain.forces.as_ref().map_or(0.0, Forces::largest);
         let courant = faces::courant_rate(grid, &self.state.faces, scheme.by_axis);
         let mut rate = [courant.max(self.boundary_rate), forces];
@@ -330,7 +331,8 @@ impl<const D: usize> Scene<D> {
 
     /// The rate that limits the step (1/s), and the fluid's along the axis of the largest spacing.
     fn diffusion_rates(&self) -> (f64, f64) {
-        let (grid, Fluid { density, viscosity, .. }) = (&self.domain.grid, self.domain.fluid);
+        let grid = &self.domain.grid;
+        let Fluid { density, viscosity, .. } = self.domain.fluid;
         let mixed = self.method.kind() == Kind::Mixing;
         let bodies = || self.state.bodies.iter().filter(|_| mixed);
         let nu = bodies().map(|b| b.viscosity).fold(viscosity, f64::max)

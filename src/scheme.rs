@@ -206,7 +206,9 @@ impl Limits {
     }
 
     fn own_bounds(&self) -> [(Bound, f64); 3] {
-        let (a, b, s) = (self.courant_rate, self.diffusion_rate, self.scheme);
+        let a = self.courant_rate;
+        let b = self.diffusion_rate;
+        let s = self.scheme;
         let undamped =
             if s.needs_viscosity && a > 0.0 { self.damping_rate / (a * a) } else { f64::INFINITY };
         [
@@ -247,7 +249,8 @@ mod tests {
             }
             let z = upwind5_symbol(x) * c[0] + upwind5_symbol(y) * c[1] - damping;
             if let Some(stages) = &stages {
-                let (mut last, mut before) = (one, one);
+                let mut last = one;
+                let mut before = one;
                 for stage in stages {
                     let rates = z * (last * stage.rate + stage.first);
                     (before, last) =

@@ -17,7 +17,7 @@ pub use balance::{Balance, Impulses};
 pub use energy::EnergyBudget;
 pub use exchange::Exchange;
 use nalgebra::Vector3;
-pub use support::{MeanContactForce, Support};
+pub use support::MeanContactForce;
 pub use surfaces::{BeforeForcing, BodyHistory, SurfaceHistory};
 
 /// The state of a scene. Fields have the layout of [`Grid::field`], with ghosts.
@@ -49,9 +49,6 @@ pub struct State<const D: usize> {
     pub touching: Touching,
     /// What sharp surfaces have of the past; `None` with another method.
     pub surfaces: Option<SurfaceHistory<D>>,
-    /// What contacts are expected to hold each body with; `None` with a method that does not expect
-    /// it.
-    pub supports: Option<Vec<Support>>,
     /// The force by which the fluid is driven (N/m3), uniform; `None` where nothing drives it.
     pub drive: Option<Vector3<f64>>,
     /// The balance of momentum; `None` where no body is free.
@@ -93,7 +90,6 @@ impl<const D: usize> State<D> {
             waiting: Vec::new(),
             touching: Touching::default(),
             surfaces: None,
-            supports: None,
             drive: None,
             balance: None,
             energy: EnergyBudget::default(),
@@ -160,7 +156,6 @@ impl<const D: usize> State<D> {
             exchange,
             touching,
             surfaces,
-            supports,
             drive,
             balance,
             energy,
@@ -186,9 +181,6 @@ impl<const D: usize> State<D> {
         if let Some(surfaces) = surfaces {
             archive.label("sharp walls")?;
             surfaces.serialize(grid, u, archive)?;
-        }
-        if let Some(supports) = supports {
-            archive.each("supports", supports)?;
         }
         if let Some(drive) = drive {
             archive.label("drive")?;

@@ -96,7 +96,8 @@ impl Archive<'_> {
             return Err(refusal(format!("a field in {count} boxes is not of this grid")));
         }
         let mine = Cells { start: grid.start, extent };
-        let (mut taken, mut own) = (0, false);
+        let mut taken = 0;
+        let mut own = false;
         for _ in 0..count {
             let there = self.read_box(grid, extent)?;
             if there == mine {
@@ -121,7 +122,8 @@ impl Archive<'_> {
         let mut found = Cells { start: [0; D], extent: [0; D] };
         for a in 0..D {
             let inside = (grid.cells[a] + extent[a] - grid.local[a]) as f64;
-            let (mut s, mut n) = (0.0, 0.0);
+            let mut s = 0.0;
+            let mut n = 0.0;
             self.serialize([&mut s, &mut n])?;
             let whole = |x: f64| x >= 0.0 && x.fract() == 0.0 && x <= inside;
             if !(whole(s) && whole(n) && n >= 1.0 && s + n <= inside) {
@@ -143,11 +145,13 @@ impl Archive<'_> {
         field: &mut [f64],
     ) -> Result<usize> {
         let mut taken = 0;
-        let (from, to) = (there.start[0].max(mine.start[0]), there.end(0).min(mine.end(0)));
+        let from = there.start[0].max(mine.start[0]);
+        let to = there.end(0).min(mine.end(0));
         for k in 0..there.extent[1..].iter().product() {
             let values = self.row(there.extent[0])?;
             // Where the row lies in this rank's box, if it does.
-            let (mut rest, mut at) = (k, Some(from + grid.ghosts - mine.start[0]));
+            let mut rest = k;
+            let mut at = Some(from + grid.ghosts - mine.start[0]);
             for a in 1..D {
                 let cell = there.start[a] + rest % there.extent[a];
                 rest /= there.extent[a];

@@ -19,7 +19,8 @@ use nalgebra::Vector3;
 
 /// A driven channel that bodies shut, or a way from an inflow to the outflows.
 pub fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
-    let (grid, bodies) = (&scene.domain.grid, &scene.state.bodies);
+    let grid = &scene.domain.grid;
+    let bodies = &scene.state.bodies;
     let way = find_shut(case, grid, bodies, |_| true)?;
     Some(format!(
         "warning      the bodies shut the channel {way}, as far as this grid shows gaps between \
@@ -32,7 +33,9 @@ pub fn shut<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
 /// # Errors
 /// With the side through which fluid comes in and has no way out.
 pub fn refuse_shut<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
-    let (case, grid, bodies) = (&loaded.case, &scene.domain.grid, &scene.state.bodies);
+    let case = &loaded.case;
+    let grid = &scene.domain.grid;
+    let bodies = &scene.state.bodies;
     let fixed = |body: &Body| matches!(body.motion, Motion::Fixed);
     let enters = case.sides().any(|(_, side)| !side.inflow().is_empty());
     let way = if enters { find_shut(case, grid, bodies, fixed) } else { None };
@@ -128,7 +131,8 @@ fn mark_solid<'a, const D: usize>(
     let mut solid = vec![false; grid.total_cells()];
     let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
     for body in bodies {
-        let (orientation, shape) = (body.orientation(), body.shape());
+        let orientation = body.orientation();
+        let shape = body.shape();
         let ends: [[i64; 2]; D] = std::array::from_fn(|a| {
             [-1.0, 1.0]
                 .map(|side| ((body.centre[a] + side * body.radius()) / grid.h[a]).floor() as i64)
@@ -181,7 +185,8 @@ fn connected<const D: usize>(
             return true;
         }
         for (a, forth) in (0..D).flat_map(|a| [(a, true), (a, false)]) {
-            let (n, wraps) = (grid.cells[a], grid.periodic[a] && Some(a) != kept);
+            let n = grid.cells[a];
+            let wraps = grid.periodic[a] && Some(a) != kept;
             let to = match (at[a], forth) {
                 (0, false) if wraps => n - 1,
                 (i, true) if i + 1 == n && wraps => 0,

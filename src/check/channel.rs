@@ -53,7 +53,8 @@ pub fn narrow<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
 impl Channel {
     /// The narrowest beside the walls of the obstacle `k`.
     fn beside(case: &Case, bodies: &[Body], k: usize, body: &Body, h: f64) -> Option<Channel> {
-        let (orientation, shape) = (body.orientation(), body.shape());
+        let orientation = body.orientation();
+        let shape = body.shape();
         let mut narrowest: Option<Channel> = None;
         let obstacle = shape.obstacle()?;
         let is_joined =
@@ -61,7 +62,8 @@ impl Channel {
         // Those that are one solid with it have no walls within each other.
         let is_apart = |other: &Body| other.shape().is_obstacle() && !is_joined(other);
         for point in shape.surface(h) {
-            let (foot, n) = (orientation * point.place, orientation * point.normal);
+            let foot = orientation * point.place;
+            let n = orientation * point.normal;
             let at = body.centre + foot;
             let most = narrowest.as_ref().map_or(ENOUGH * h * (1.0 - 1e-9), |c| c.width);
             let covered = |other: &Body| {
@@ -81,7 +83,8 @@ impl Channel {
                 (width, bodies.iter().position(is_it).unwrap_or(k))
             });
             let others = bodies.iter().enumerate().filter_map(|(j, other)| {
-                let (way, turn) = (other.centre - at, other.orientation());
+                let way = other.centre - at;
+                let turn = other.orientation();
                 let near = is_apart(other) && other.shape().distance(&turn, &-way) < most;
                 let width = if near { other.shape().meets(&turn, &way, &n) } else { None };
                 Some((width?, j))
@@ -109,7 +112,8 @@ fn sides_along(case: &Case, at: &Vector3<f64>, n: &Vector3<f64>) -> Vec<(f64, St
     let wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
     let sides = case.sides().enumerate().filter(|(_, (_, side))| wall(side));
     let facing = sides.filter_map(|(face, (name, _))| {
-        let (axis, high) = (face / 2, face % 2 == 1);
+        let axis = face / 2;
+        let high = face % 2 == 1;
         let along = if high { n[axis] } else { -n[axis] };
         let distance = if high { case.domain.size[axis] - at[axis] } else { at[axis] };
         (along > -FACING).then(|| (distance / along, format!("the side {name}")))

@@ -77,7 +77,8 @@ pub fn expected<const D: usize>(
         Cadence::Steps(_) => due(cadence),
     };
     let snapshots = 2.0 + case.output.fields.as_ref().map_or(0.0, beside_ends);
-    let (mut checkpoint, domain) = (Counter(0.0), &scene.domain);
+    let mut checkpoint = Counter(0.0);
+    let domain = &scene.domain;
     let mut archive = Archive::write(&domain.session, &mut checkpoint);
     scene.state.serialize(&domain.grid, &mut archive)?;
     archive.finish()?;

@@ -70,7 +70,8 @@ pub fn reynolds(case: &Case) -> Option<String> {
 
 /// What solves for the pressure, how far, and what a step needs beside.
 pub fn describe_pressure<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
-    let (solver, limit) = (scene.solver()?, case.pressure.divergence_limit);
+    let solver = scene.solver()?;
+    let limit = case.pressure.divergence_limit;
     let mut lines = vec![format!("pressure     {solver}, until |D| < {limit:e} 1/s")];
     lines.extend(tight_pressure(case));
     for (what, needed, why) in scene.needs() {
@@ -104,7 +105,8 @@ fn tight_pressure(case: &Case) -> Option<String> {
     let speed = largest_speed(case);
     let limit = case.pressure.divergence_limit;
     let length = case.domain.size.iter().copied().fold(0.0, f64::max);
-    let (part, enough) = (limit * length / speed, EXACT * speed / length);
+    let part = limit * length / speed;
+    let enough = EXACT * speed / length;
     // A power of ten, rounded down.
     let enough = 10f64.powf(enough.log10().floor());
     (speed > 0.0 && part < TIGHT * EXACT && enough > limit).then(|| {

@@ -131,7 +131,8 @@ pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let gravity = &case.fluid.gravity;
     let g = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let s = p.density / case.fluid.density;
-    let (diameter, nu) = (p.shape.diameter(), case.fluid.viscosity / case.fluid.density);
+    let diameter = p.shape.diameter();
+    let nu = case.fluid.viscosity / case.fluid.density;
     let weight = (s - 1.0).abs() * g;
     if weight == 0.0 {
         return 0.0;
@@ -142,7 +143,8 @@ pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let added = if sphere { 0.5 } else { 1.0 };
     let square = gravity.iter().enumerate().filter(|(_, g)| **g != 0.0).map(|(axis, along)| {
         let down = (*along < 0.0) == (s > 1.0);
-        let (at, size) = (p.position[axis], case.domain.size[axis]);
+        let at = p.position[axis];
+        let size = case.domain.size[axis];
         let to_boundary = if down { at } else { size - at } - 0.5 * diameter;
         let way = if case.periodic(axis) { f64::INFINITY } else { to_boundary.max(0.0) };
         let acceleration = (s - 1.0).abs() * along.abs() / (s + added);
@@ -178,7 +180,8 @@ fn wall_layer(case: &Case) -> Vec<String> {
     let Some(Walls { axis, speed, reynolds, thickness }) = Walls::thinnest(case) else {
         return Vec::new();
     };
-    let (x, h) = (["x", "y", "z"][axis], case.spacings()[axis]);
+    let x = ["x", "y", "z"][axis];
+    let h = case.spacings()[axis];
     let line = format!(
         "layer        along the walls across {x}, at {} m/s, Re = {}: a boundary layer of \
         {thickness:.3e} m, {:.2} h",

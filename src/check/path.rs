@@ -15,7 +15,8 @@ const PAIRS: f64 = 1e7;
 
 /// Says when and where the first of them ends the run.
 pub fn run_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
-    let (state, periods) = (&scene.state, scene.domain.periods());
+    let state = &scene.state;
+    let periods = scene.domain.periods();
     let mut bodies: Vec<Body> =
         state.bodies.iter().filter(|body| body.freedom().is_none()).cloned().collect();
     let movers: Vec<usize> = (0..bodies.len()).filter(|k| bodies[*k].moves()).collect();
@@ -24,7 +25,8 @@ pub fn run_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String>
     if movers.is_empty() {
         return None;
     }
-    let (left, dt) = (case.time.end - state.time, LOOK * smallest / fastest);
+    let left = case.time.end - state.time;
+    let dt = LOOK * smallest / fastest;
     let looks = (left / dt).ceil().min(PAIRS / (movers.len() * bodies.len()) as f64);
     let dt = dt.min(left / looks);
     (1..=looks as usize).find_map(|look| {
@@ -42,7 +44,8 @@ pub fn run_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String>
 /// Says when and where the first free body that moves along a locked axis reaches a boundary that
 /// it cannot leave through.
 pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
-    let (state, size) = (&scene.state, &scene.domain.grid.size);
+    let state = &scene.state;
+    let size = &scene.domain.grid.size;
     let ends = |body: &Body| -> Vec<(f64, usize, usize, usize, f64)> {
         let Some(freedom) = body.freedom() else { return Vec::new() };
         let locked =

@@ -94,7 +94,8 @@ fn long_beside_wall<const D: usize>(
     };
     let walls = || case.sides().map(|(_, side)| side).enumerate().filter(|wall| along(*wall));
     let distance = |body: &Body, face: usize| {
-        let (x, size) = (body.centre[face / 2], case.domain.size[face / 2]);
+        let x = body.centre[face / 2];
+        let size = case.domain.size[face / 2];
         if face.is_multiple_of(2) { x } else { size - x }
     };
     let gap = |body: &Body| {

@@ -61,7 +61,8 @@ struct Work {
 impl Clusters {
     /// Those of so many bodies.
     pub(super) fn new(n: usize) -> Clusters {
-        let (impulses, works) = (vec![Impulse::default(); n], vec![Work::default(); n]);
+        let impulses = vec![Impulse::default(); n];
+        let works = vec![Work::default(); n];
         let mut clusters = Clusters {
             parent: vec![0; n],
             impulses,
@@ -111,7 +112,8 @@ impl Work {
 
     /// The largest a that keeps the bound.
     fn bounded(&self) -> f64 {
-        let (w, d) = (self.without, self.with - self.without);
+        let w = self.without;
+        let d = self.with - self.without;
         if self.at(1.0) <= self.released || d <= 0.0 {
             return 1.0;
         }
@@ -134,7 +136,8 @@ impl Contacts {
         for pair in self.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
             clusters.add(pair);
             if free(pair.first) && free(pair.second) {
-                let (one, other) = (clusters.first(pair.first), clusters.first(pair.second));
+                let one = clusters.first(pair.first);
+                let other = clusters.first(pair.second);
                 clusters.parent[one.max(other)] = one.min(other);
             }
         }

@@ -186,7 +186,8 @@ impl Contacts {
         if kinematics.overlap <= 0.0 {
             return 1.0;
         }
-        let (law, mass) = (self.law(pair), kinematics.mass_of_overlap());
+        let law = self.law(pair);
+        let mass = kinematics.mass_of_overlap();
         // The energy of an overlap counts as that of an approach.
         let speed = ((kinematics.gain * kinematics.approach).powi(2)
             + 2.0 * law.stored(kinematics.overlap) / mass)
@@ -237,7 +238,8 @@ impl Contacts {
                 (&self.inverse_masses[k], &residuals[k]);
             (moved + mass.component_mul(&given.linear), turned + inertia.of(&given.angular))
         };
-        let ([(one, spun), (other, its)], n) = (constraint.two.map(of), constraint.normal);
+        let [(one, spun), (other, its)] = constraint.two.map(of);
+        let n = constraint.normal;
         let arms = &constraint.arms;
         let moved = one - other + spun.cross(&arms.to[0]) - its.cross(&arms.to[1]);
         let moved = arms.coupled(moved, [&spun, &its]);

@@ -111,7 +111,8 @@ impl Contacts {
     /// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come
     /// to within `time` (s).
     pub(super) fn contact_of(&self, pair: &Pair, bodies: &[Body], time: f64) -> (&Law, f64, f64) {
-        let (law, kinematics) = (self.law(pair), self.kinematics(pair, bodies, 0.0).0);
+        let law = self.law(pair);
+        let kinematics = self.kinematics(pair, bodies, 0.0).0;
         let mass = kinematics.mass_of_overlap().min(self.least_mass(pair, bodies));
         let pushed = self.pushed(pair, bodies, time);
         // The energy of an overlap counts as that of an approach.

@@ -154,7 +154,8 @@ impl Law {
 
     /// Duration of an undamped head-on collision (s) at mass `m_n` (kg) and a speed (m/s).
     pub(super) fn contact_time(&self, mass: f64, speed: f64) -> f64 {
-        let (k, g) = (self.material.normal_stiffness, self.material.exponent);
+        let k = self.material.normal_stiffness;
+        let g = self.material.exponent;
         if g == 1.0 {
             return self.duration * (mass / k).sqrt();
         }
@@ -200,7 +201,9 @@ impl Law {
         spring: &mut Option<Vector3<f64>>,
     ) -> (f64, Vector3<f64>) {
         let law = &self.material;
-        let (k, g, h) = (law.normal_stiffness, law.exponent, kinematics.h);
+        let k = law.normal_stiffness;
+        let g = law.exponent;
+        let h = kinematics.h;
         let (low, high) = kinematics.interval();
         let mean = |power: f64| mean_power(low, high, power);
         let root = mean(0.5 * (g - 1.0));
@@ -222,7 +225,8 @@ impl Law {
         let approach =
             gain * (kinematics.approach + 0.5 * h * kinematics.accelerations) - slowing * elastic;
         let normal = gain * (elastic + damper * approach / (1.0 + slowing * damper)).max(0.0);
-        let (stiffness, lasted) = (law.tangential_ratio * k * mean(g - 1.0), mean(0.0) * h);
+        let stiffness = law.tangential_ratio * k * mean(g - 1.0);
+        let lasted = mean(0.0) * h;
         (
             normal,
             self.tangential(kinematics, (stiffness, damper_tangential, lasted), normal, spring),
@@ -238,7 +242,8 @@ impl Law {
         normal: f64,
         spring: &mut Option<Vector3<f64>>,
     ) -> Vector3<f64> {
-        let (law, h) = (&self.material, kinematics.h);
+        let law = &self.material;
+        let h = kinematics.h;
         // What a contact that begins now has stretched, at its own middle and (continued) at that
         // of the substep.
         let (stretch, middle) = match *spring {
@@ -291,7 +296,8 @@ fn damping_ratio(exponent: f64, e: f64) -> f64 {
     if e >= 1.0 {
         return 0.0;
     }
-    let (mut low, mut high) = (0.0, 1.0);
+    let mut low = 0.0;
+    let mut high = 1.0;
     while restitution(exponent, high) > e && high < 1e3 {
         high *= 2.0;
     }
@@ -328,7 +334,8 @@ pub(super) fn integrated_restitution(exponent: f64, zeta: f64) -> f64 {
     let force =
         |x: f64, w: f64| if zeta > 0.0 { x.max(0.0).powf(s) + 2.0 * zeta * speed(x, w) } else { x };
     let h = 5e-3 / (1.0 + zeta);
-    let (mut x, mut w) = (0.0, 1.0);
+    let mut x = 0.0;
+    let mut w = 1.0;
     loop {
         let a = rate(x, w);
         let b = rate(x + 0.5 * h * a.0, w + 0.5 * h * a.1);
@@ -338,7 +345,8 @@ pub(super) fn integrated_restitution(exponent: f64, zeta: f64) -> f64 {
             x + h / 6.0 * (a.0 + 2.0 * (b.0 + c.0) + d.0),
             w + h / 6.0 * (a.1 + 2.0 * (b.1 + c.1) + d.1),
         );
-        let (before, after) = (force(x, w), force(next.0, next.1));
+        let before = force(x, w);
+        let after = force(next.0, next.1);
         if after <= 0.0 || next.0.is_nan() {
             // The acceleration is 0 there: the speed is that of either end to second order.
             let share = before / (before - after);

@@ -86,14 +86,16 @@ impl Medium {
         g1: f64,
     ) -> f64 {
         let reduced = reduced(radius, other);
-        let (low, high) = (self.width(g0.min(g1), reduced), self.width(g0.max(g1), reduced));
+        let low = self.width(g0.min(g1), reduced);
+        let high = self.width(g0.max(g1), reduced);
         // Asperities that touch are pressed together over a way that a soft contact makes longer
         // than it is: the lubrication layer between them takes on it what it would over one width
         // of its own.
         let lubrication = touching_gap(reduced);
         let (low, high) = if g0 <= 0.0 { (lubrication, lubrication) } else { (low, high) };
         let middle = (low * high).sqrt();
-        let (x, far) = (middle / self.spacing, middle / self.range());
+        let x = middle / self.spacing;
+        let far = middle / self.range();
         let fades = match dimension {
             2 => (x / HALF_GAP_2D).powi(2),
             _ => (x / HALF_GAP_3D).powf(4.0 / 3.0),

@@ -41,7 +41,8 @@ impl InverseInertia {
     /// What an angular impulse (N m s) changes of the spin (rad/s).
     #[inline]
     pub(super) fn of(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
-        let (j, [yz, zx, xy]) = (impulse, <[f64; 3]>::from(self.beside));
+        let j = impulse;
+        let [yz, zx, xy] = <[f64; 3]>::from(self.beside);
         let beside = Vector3::new(xy * j.y + zx * j.z, xy * j.x + yz * j.z, zx * j.x + yz * j.y);
         self.diagonal.component_mul(j) + beside
     }
@@ -73,7 +74,8 @@ impl InverseMass {
     ) -> InverseMass {
         let Some(freedom) = body.freedom() else { return RIGID };
         let ones = |free: [bool; 3]| Vector3::from(free.map(|f| if f { 1.0 } else { 0.0 }));
-        let (along, about) = (ones(freedom.translation), ones(freedom.rotation));
+        let along = ones(freedom.translation);
+        let about = ones(freedom.rotation);
         let inverse = match inertia {
             Inertia::Tensor(_) if body.tumbles() => InverseInertia::new(&inertia.inverse(&freedom)),
             Inertia::Tensor(_) => InverseInertia {

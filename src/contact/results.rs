@@ -3,7 +3,6 @@
 use super::meeting::Meeting;
 use super::pair::Pair;
 use super::response::InverseMass;
-use super::substep::TOUCHING;
 use super::{Contacts, Impulse, Springs, Touching};
 use crate::particles::{Accelerations, Body};
 use crate::{Error, Result};
@@ -65,28 +64,6 @@ impl Contacts {
     /// Whether a body is in reach of another or of a wall after a [`meet`](Contacts::meet).
     pub fn is_paired(&self, body: usize) -> bool {
         self.paired[body]
-    }
-
-    /// Per body, whether it lies on another or on a wall after a [`meet`](Contacts::meet): they
-    /// touch and hardly come nearer.
-    pub fn lying(&self, bodies: &[Body]) -> Vec<bool> {
-        let mut lying = vec![false; bodies.len()];
-        for pair in self.pairs.iter().filter(|pair| !pair.is_own_image()) {
-            let met = self.kinematics(pair, bodies, 0.0).0;
-            // An approach by less than a thousandth of the radius while a contact lasts is no
-            // impact.
-            let lasts = self.law(pair).contact_time(met.mass_of_overlap(), met.approach.max(0.0));
-            let still =
-                met.approach <= 0.0 || met.approach * lasts < 1e-3 * bodies[pair.first].radius();
-            let least = -self.medium.roughness.max(TOUCHING * bodies[pair.first].radius());
-            for k in [pair.first, pair.second] {
-                lying
-                    .get_mut(k)
-                    .into_iter()
-                    .for_each(|lies| *lies |= still && met.overlap >= least);
-            }
-        }
-        lying
     }
 
     /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or

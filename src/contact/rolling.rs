@@ -49,7 +49,8 @@ impl Contacts {
         (kinematics, meeting): (&Kinematics, &Meeting),
         normal: f64,
     ) -> Vector3<f64> {
-        let (h, other) = (kinematics.h, bodies.get(pair.second));
+        let h = kinematics.h;
+        let other = bodies.get(pair.second);
         let round = self.are_round(pair, bodies);
         let lever = if round {
             self.law(pair).material.rolling_friction
@@ -97,14 +98,17 @@ impl Contacts {
         normal: f64,
         depth: f64,
     ) -> Resistance {
-        let (body, other, n) = (&bodies[pair.first], bodies.get(pair.second), kinematics.normal);
+        let body = &bodies[pair.first];
+        let other = bodies.get(pair.second);
+        let n = kinematics.normal;
         let spin = body.spin - other.map_or(Vector3::zeros(), |other| other.spin);
         let reduced = 1.0 / (1.0 / meeting.radii[0] + 1.0 / meeting.radii[1]);
         let lever = self.law(pair).material.rolling_friction * reduced;
         let shape = if body.shape().dimension() == 2 { 3.0 } else { 2.25 };
         let part = |k: usize, body: usize| {
             let inverse_mass = &self.inverse_masses[body];
-            let (mass, inertia) = (inverse_mass.mass.max(), inverse_mass.inertia.max());
+            let mass = inverse_mass.mass.max();
+            let inertia = inverse_mass.inertia.max();
             if mass > 0.0 && inertia > 0.0 {
                 1.0 / (1.0 / inertia + meeting.arms.to[k].norm_squared() / mass)
             } else {
@@ -128,7 +132,8 @@ impl Contacts {
         normal: f64,
         depth: f64,
     ) -> Resistance {
-        let (other, n) = (bodies.get(pair.second), meeting.normal);
+        let other = bodies.get(pair.second);
+        let n = meeting.normal;
         let spin = bodies[pair.first].spin - other.map_or(Vector3::zeros(), |other| other.spin);
         let material = &self.law(pair).material;
         let response = |body: usize| n.dot(&self.inverse_masses[body].inertia.of(&n));

@@ -47,7 +47,8 @@ impl Impact {
         let smallest = bodies.iter().flat_map(contact_radii).fold(f64::INFINITY, f64::min);
         let length =
             (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
-        let (mut speeds, mut impact) = ([0.0f64; 2], Impact::default());
+        let mut speeds = [0.0f64; 2];
+        let mut impact = Impact::default();
         impact.depth = 2.0 * AUTO_OVERLAP * smallest;
         let obstacles = bodies.iter().filter(|body| body.shape().is_obstacle()).count();
         let count = bodies.len() - obstacles;
@@ -61,7 +62,8 @@ impl Impact {
             if body.freedom().is_some() {
                 let weight = (body.mass() - density * volume).abs() * gravity.norm();
                 let fall = 2.0 * weight / (body.mass() + 0.5 * density * volume) * length;
-                let (sphere, diameter) = (body.shape().dimension() == 3, 2.0 * body.radius());
+                let sphere = body.shape().dimension() == 3;
+                let diameter = 2.0 * body.radius();
                 let terminal = terminal_speed(
                     sphere,
                     diameter,

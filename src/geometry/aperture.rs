@@ -209,7 +209,8 @@ fn find<const D: usize>(
                 return;
             }
             let face = begin + (0..D).map(|a| filled.at[a] * grid.stride[a]).sum::<usize>();
-            let (face, owned) = (face as u32, filled.at[axis] < owned);
+            let face = face as u32;
+            let owned = filled.at[axis] < owned;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             let cut = Cut { solid_fraction: covered, face, owned, first: true };
             cuts.push(cut, FaceCentroids { lever: std::array::from_fn(|a| filled.lever[a]), open });
@@ -221,7 +222,8 @@ fn find<const D: usize>(
 /// How much of the volume about a face is covered, and where its open part has its centroid, from
 /// the face's centre (m).
 fn covered_part<const D: usize>(filled: &Filled) -> (f64, [f64; D]) {
-    let (covered, middle) = (filled.part.clamp(0.0, 1.0), filled.middle);
+    let covered = filled.part.clamp(0.0, 1.0);
+    let middle = filled.middle;
     if !(LEAST..=1.0 - LEAST).contains(&covered) {
         return (covered, [0.0; D]);
     }

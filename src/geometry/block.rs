@@ -34,7 +34,8 @@ impl<const D: usize> Block<D> {
     /// The lattice boxes between `low` and `high` (in boxes, ends included) that lie in `from` to
     /// `to` (end excluded).
     pub fn between(low: [f64; D], high: [f64; D], from: [usize; D], to: [usize; D]) -> Block<D> {
-        let (mut first, mut last) = ([0; D], [0; D]);
+        let mut first = [0; D];
+        let mut last = [0; D];
         for a in 0..D {
             if high[a] < from[a] as f64 || low[a] >= to[a] as f64 {
                 return Block { first, last, next: None };
@@ -54,8 +55,10 @@ impl<const D: usize> Block<D> {
     /// without images.
     pub fn is_inside(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> bool {
         (0..D).all(|a| {
-            let (low, high) = (grid.start[a] as f64, (grid.start[a] + grid.local[a]) as f64);
-            let (place, extent) = (centre[a] / grid.h[a], bounds[a] / grid.h[a] + 1e-6);
+            let low = grid.start[a] as f64;
+            let high = (grid.start[a] + grid.local[a]) as f64;
+            let place = centre[a] / grid.h[a];
+            let extent = bounds[a] / grid.h[a] + 1e-6;
             (!grid.periodic[a] && grid.local[a] == grid.cells[a])
                 || (place - extent > low && place + extent < high)
         })

@@ -99,14 +99,22 @@ impl Parts {
     /// quadrants of [`rectangle`], with no branch; the integrals where they are asked for.
     #[inline(always)]
     pub fn set_below(&mut self, x: &Lines, y: &Line, r: f64, moments: bool) {
-        let (n, square, whole) = (x.at.len(), r * r, PI * r * r);
+        let n = x.at.len();
+        let square = r * r;
+        let whole = PI * r * r;
         let [area, x_moment, y_moment] = self.resize(n + 1);
-        let (at, root, below) = (&x.at[..n], &x.root[..n], &x.below[..n]);
-        let (above, y_square) = (y.at >= 0.0, y.at * y.at);
-        let (area, x_moment) = (&mut area[..n], &mut x_moment[..n]);
+        let at = &x.at[..n];
+        let root = &x.root[..n];
+        let below = &x.below[..n];
+        let above = y.at >= 0.0;
+        let y_square = y.at * y.at;
+        let area = &mut area[..n];
+        let x_moment = &mut x_moment[..n];
         let y_moment = &mut y_moment[..n];
         for i in 0..n {
-            let (x, line, right) = (at[i], below[i], at[i] >= 0.0);
+            let x = at[i];
+            let line = below[i];
+            let right = at[i] >= 0.0;
             let within = 0.5 * (line + y.below) + x * y.at - 0.25 * whole;
             let sum = if above { line } else { 0.0 } + if right { y.below } else { 0.0 };
             let outside = sum - if above && right { whole } else { 0.0 };
@@ -182,7 +190,8 @@ pub fn radius(sphere: f64, at: f64) -> f64 {
 /// (m).
 pub fn lever(axis: usize, middle: &Vector3<f64>, lines: [[&Line; 2]; 2], r: f64) -> Vector3<f64> {
     let [x, y] = lines;
-    let (filled, whole) = (rectangle(x, y, r), (x[1].at - x[0].at) * (y[1].at - y[0].at));
+    let filled = rectangle(x, y, r);
+    let whole = (x[1].at - x[0].at) * (y[1].at - y[0].at);
     let part = filled.area / whole;
     let mut lever = part * middle;
     if part > LEAST && part < 1.0 - LEAST {
@@ -201,7 +210,8 @@ pub fn chord_lever(
     c: f64,
 ) -> Vector3<f64> {
     let a = 1 - axis;
-    let (low, high) = ((middle[a] - half[a]).max(-c), (middle[a] + half[a]).min(c));
+    let low = (middle[a] - half[a]).max(-c);
+    let high = (middle[a] + half[a]).min(c);
     let mut centroid = *middle;
     if high > low {
         centroid[a] = 0.5 * (low + high);
@@ -257,7 +267,9 @@ mod tests {
 
     #[test]
     fn disc_rectangle_overlap_matches_point_count() {
-        let (x, y, r) = ([0.1, 0.75], [-0.2, 0.6], 0.8);
+        let x = [0.1, 0.75];
+        let y = [-0.2, 0.6];
+        let r = 0.8;
         let n = 2000;
         let at = |s: [f64; 2], k: usize| s[0] + (s[1] - s[0]) * (k as f64 + 0.5) / n as f64;
         let inside = (0..n * n).filter(|k| at(x, k % n).hypot(at(y, k / n)) < r).count();
@@ -267,7 +279,9 @@ mod tests {
 
     #[test]
     fn disc_rectangle_moment_matches_point_count() {
-        let (x, y, c) = ([0.1, 0.75], [-0.2, 0.6], 0.8);
+        let x = [0.1, 0.75];
+        let y = [-0.2, 0.6];
+        let c = 0.8;
         let n = 1000;
         let at = |s: [f64; 2], k: usize| s[0] + (s[1] - s[0]) * (k as f64 + 0.5) / n as f64;
         let points = (0..n * n).map(|k| (at(x, k % n), at(y, k / n)));

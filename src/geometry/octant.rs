@@ -124,8 +124,10 @@ impl Pair {
                 beyond,
             };
         }
-        let (root, circles) = (square.sqrt(), [p.square.sqrt(), q.square.sqrt()]);
-        let (first, second) = ((q.at / circles[0]).asin(), (p.at / circles[1]).asin());
+        let root = square.sqrt();
+        let circles = [p.square.sqrt(), q.square.sqrt()];
+        let first = (q.at / circles[0]).asin();
+        let second = (p.at / circles[1]).asin();
         let outer = (-p.at * q.at / (circles[0] * circles[1])).acos();
         // The lens between them: two arcs, two corners.
         let segment =
@@ -154,7 +156,8 @@ impl Corner {
         let line = |k: usize, angle: f64, root: f64| Line { at: planes[k].at, angle, root };
         // Of each plane the lines of the next two in its circle.
         let lines: [[Line; 2]; 3] = std::array::from_fn(|k| {
-            let (next, last) = (pairs[k], pairs[(k + 2) % 3]);
+            let next = pairs[k];
+            let last = pairs[(k + 2) % 3];
             [line((k + 1) % 3, next.first, next.root), line((k + 2) % 3, last.second, last.root)]
         });
         let distance: f64 = planes.iter().map(|plane| plane.at * plane.at).sum();
@@ -249,7 +252,8 @@ mod tests {
             [(0.5, 0.125, 0.03), (1.0, 0.3, 0.11), (0.5, 0.02, 0.007), (0.5, 0.125, 0.0)]
         {
             let n = (r / h) as i32 + 2;
-            let (mut sum, mut moment) = (0.0, Vector3::zeros());
+            let mut sum = 0.0;
+            let mut moment = Vector3::zeros();
             for k in 0..(2 * n).pow(3) {
                 let at = |k: i32| f64::from(k % (2 * n) - n) * h + shift;
                 let low = Vector3::new(at(k), at(k / (2 * n)), at(k / (4 * n * n)));
@@ -269,7 +273,8 @@ mod tests {
 
     #[test]
     fn sphere_cap_and_octant_volumes_and_moments() {
-        let (r, h) = (0.8f64, 0.3);
+        let r = 0.8f64;
+        let h = 0.3;
         let cap = of_box(&Vector3::new(-1.0, -1.0, r - h), &Vector3::repeat(1.0), r);
         assert!((cap.volume - PI * h * h * (3.0 * r - h) / 3.0).abs() < 1e-14);
         assert!((cap.moment.z - PI / 4.0 * (h * (2.0 * r - h)).powi(2)).abs() < 1e-14);
@@ -293,7 +298,9 @@ mod tests {
         for _ in 0..60 {
             let low = Vector3::from_fn(|_, _| -1.2 + 2.0 * chance());
             let edges = Vector3::from_fn(|_, _| 0.05 + chance());
-            let (n, mut volume, mut moment) = (48, 0.0, Vector3::zeros());
+            let n = 48;
+            let mut volume = 0.0;
+            let mut moment = Vector3::zeros();
             let piece = edges.product() / f64::from(n * n * n);
             for k in 0..n * n * n {
                 let at = Vector3::new(k % n, k / n % n, k / n / n)

@@ -62,7 +62,9 @@ mod tests {
     fn cleared_points_are_further_outside_than_asked_for() {
         let shape = Solid::new(Superquadric::new([1.0, 0.7, 0.5], [3.0, 2.5]).unwrap());
         let turn = Orientation::from_euler_angles(0.3, -0.8, 1.1);
-        let (mut planes, point, mut cleared) = (Planes::default(), Vector3::zeros(), 0);
+        let mut planes = Planes::default();
+        let point = Vector3::zeros();
+        let mut cleared = 0;
         for k in 0..27_000 {
             let at = [k % 30, k / 30 % 30, k / 900].map(|n| 0.1 * (f64::from(n) - 14.6));
             let arm = Vector3::from(at);

@@ -177,7 +177,8 @@ impl<const D: usize> Boundaries<D> {
     /// Has an obstacle cover this part of a face along an axis, if that is at a boundary with a
     /// given velocity: its shear is on the open part alone.
     pub fn cover(&mut self, grid: &Grid<D>, axis: usize, face: usize, part: f64) {
-        let (s, place) = (grid.stride[axis], grid.place_of(axis, face));
+        let s = grid.stride[axis];
+        let place = grid.place_of(axis, face);
         for side in [0, 1] {
             let [ghost, cell] = if side == 0 { [face - s, face] } else { [face, face - s] };
             let is_there = place == grid.ghosts + side * grid.local[axis];

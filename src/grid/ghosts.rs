@@ -137,7 +137,8 @@ impl Planes {
         let (layers, twice) = (layers.min(most), given.map(|given| 2.0 * given[block]));
         let (below, above) = row.split_at_mut(self.ghosts + if SIDE == 0 { 0 } else { self.local });
         let (ghosts, cells) = if SIDE == 0 { (below, &*above) } else { (above, &*below) };
-        let (count, last) = (ghosts.len(), cells.len() - 1);
+        let count = ghosts.len();
+        let last = cells.len() - 1;
         let cell = |depth: usize| cells[if SIDE == 0 { depth } else { last - depth }];
         let ghost = |depth: usize| if SIDE == 0 { count - 1 - depth } else { depth };
         for depth in 0..layers {
@@ -151,7 +152,9 @@ impl Planes {
 
     /// Sets the ghosts of a block whose layers are slabs of cells.
     fn set_slabs(&self, layers: usize, rules: &[Option<Rule>; 2], block: usize, field: &mut [f64]) {
-        let (low, high, inner) = (self.ghosts, self.ghosts + self.local, self.inner);
+        let low = self.ghosts;
+        let high = self.ghosts + self.local;
+        let inner = self.inner;
         for (side, rule) in rules.iter().enumerate() {
             let Some(Rule { given, factor, nearest, bend, most }) = *rule else { continue };
             let given = given.map(|given| &given[block * inner..][..inner]);

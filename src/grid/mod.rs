@@ -154,7 +154,8 @@ impl<const D: usize> Grid<D> {
     /// Where the stored position nearest to a point (m) stands among those of a face of the box
     /// normal to `axis`: the first other axis fastest, as [`BoundaryKind::Velocity`] stores them.
     pub fn position_on_boundary(&self, axis: usize, point: &nalgebra::Vector3<f64>) -> usize {
-        let (mut at, mut stride) = (0, 1);
+        let mut at = 0;
+        let mut stride = 1;
         for a in (0..D).filter(|&a| a != axis) {
             let cell = (point[a] / self.h[a]).floor() - self.start[a] as f64 + self.ghosts as f64;
             at += stride * cell.clamp(0.0, self.stored[a] as f64 - 1.0) as usize;

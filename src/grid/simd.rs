@@ -20,7 +20,8 @@ pub fn simd<R>(kernel: impl FnOnce() -> R) -> R {
 #[inline(always)]
 pub fn largest(places: usize, value: impl Fn(usize) -> f64) -> f64 {
     // Separate lanes, and no branch: a NaN fails every comparison, so it is looked for beside.
-    let (mut most, mut lost) = ([0.0f64; LANES], [0.0f64; LANES]);
+    let mut most = [0.0f64; LANES];
+    let mut lost = [0.0f64; LANES];
     let whole = places - places % LANES;
     for start in (0..whole).step_by(LANES) {
         for lane in 0..LANES {

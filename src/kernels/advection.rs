@@ -116,13 +116,15 @@ pub fn upwind5<const D: usize>(
                         factor[0],
                     );
                 }
-                let (j, k) = (number % grid.local[1], number / grid.local[1]);
+                let j = number % grid.local[1];
+                let k = number / grid.local[1];
                 for axis in 1..D {
                     let first = if axis == 1 { j == 0 } else { k == 0 };
                     let low =
                         |i: usize| if axis == 1 { i * n } else { (i * grid.local[1] + j) * n };
                     let fluxes = if axis == 1 { &mut *rows } else { &mut *planes };
-                    let (lows, high) = ((first, low, &mut fluxes[..]), &mut along[..n]);
+                    let lows = (first, low, &mut fluxes[..]);
+                    let high = &mut along[..n];
                     let step = (grid.stride[axis], factor[axis]);
                     across(carrier, axis, u, &row, step, values, lows, high, rate);
                 }
@@ -209,7 +211,11 @@ fn subtract_difference(rate: &mut [f64], low: &[f64], high: &[f64], factor: f64)
 /// `-c`, `0 <= c <= 1`.
 #[inline(always)]
 fn quintic_weights(c: f64) -> [f64; 6] {
-    let (a, b, d, e, f) = (c + 2.0, c + 1.0, c - 1.0, c - 2.0, c - 3.0);
+    let a = c + 2.0;
+    let b = c + 1.0;
+    let d = c - 1.0;
+    let e = c - 2.0;
+    let f = c - 3.0;
     [
         b * c * d * e * f / -120.0,
         a * c * d * e * f / 24.0,
@@ -230,7 +236,8 @@ pub fn qsi_sweep<const D: usize>(
     q: &[f64],
     out: &mut [f64],
 ) {
-    let (s, courant) = (grid.stride[axis] as isize, dt / grid.h[axis]);
+    let s = grid.stride[axis] as isize;
+    let courant = dt / grid.h[axis];
     for row in grid.rows() {
         for i in row {
             let c = u[i] * courant;

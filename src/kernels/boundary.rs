@@ -42,7 +42,8 @@ pub fn stress<const D: usize>(
                 let shear = match viscosity {
                     Coefficient::Uniform(viscosity) => viscosity * normal,
                     Coefficient::Field(mu) => {
-                        let (along, v) = (grid.stride[i], &u[axis]);
+                        let along = grid.stride[i];
+                        let v = &u[axis];
                         let across = |c: usize| (v[c + along] - v[c - along]) / (4.0 * grid.h[i]);
                         let transposed = if i == axis {
                             normal
@@ -69,7 +70,8 @@ pub fn pressure<const D: usize>(
 ) -> Vector3<f64> {
     let mut force = Vector3::zeros();
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-        let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+        let s = grid.stride[axis];
+        let area = grid.cell_volume() / grid.h[axis];
         for cell in grid.boundary_cells(axis, side) {
             let (next, ghost, inwards) =
                 if side == 0 { (cell + s, cell - s, 1.0) } else { (cell - s, cell + s, -1.0) };
@@ -97,7 +99,8 @@ pub fn power<const D: usize>(
         if boundaries.kinds[axis][side].is_none() {
             continue;
         }
-        let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+        let s = grid.stride[axis];
+        let area = grid.cell_volume() / grid.h[axis];
         for cell in grid.boundary_cells(axis, side) {
             let (face, ghost, next) =
                 if side == 0 { (cell, cell - s, cell + s) } else { (cell + s, cell + s, cell - s) };

@@ -98,7 +98,8 @@ pub fn stress<const D: usize>(
     let along = grid.stride[i];
     for a in 0..D {
         let s = grid.stride[a];
-        let (inverse_h, inverse_4h) = (1.0 / grid.h[a], 0.25 / grid.h[i]);
+        let inverse_h = 1.0 / grid.h[a];
+        let inverse_4h = 0.25 / grid.h[i];
         for row in grid.face_rows(a) {
             for c in row {
                 let normal = (u[i][c] - u[i][c - s]) * inverse_h;

@@ -65,23 +65,6 @@ impl<const D: usize> FaceCoefficient<D> {
     }
 }
 
-/// Forces on what bodies fill: reduced gravity, which is what gravity leaves after the hydrostatic
-/// pressure of the fluid is taken out, and contacts.
-pub struct BodyForce<const D: usize> {
-    /// The force per volume at cells (N/m3), ghosts filled.
-    pub density: VectorField<D>,
-}
-
-impl<const D: usize> BodyForce<D> {
-    /// Its acceleration at the low face of cell `c` along `axis` (m/s2): `g (rho - rho_f)/rho` on
-    /// faces, of gravity.
-    #[inline(always)]
-    pub fn at(&self, grid: &Grid<D>, beta: &FaceCoefficient<D>, axis: usize, c: usize) -> f64 {
-        let density = &self.density[axis];
-        0.5 * (density[c - grid.stride[axis]] + density[c]) * beta.at(axis, c)
-    }
-}
-
 /// Adds `factor (1/rho) dq/dn` to the faces. Ghosts of `q` carry the boundary's condition.
 pub fn add_gradient<const D: usize>(
     grid: &Grid<D>,
@@ -115,7 +98,8 @@ fn gradient<const D: usize>(
         #[inline(always)]
         || {
             for (axis, face) in faces.iter_mut().enumerate() {
-                let (s, factor) = (grid.stride[axis], factor / grid.h[axis]);
+                let s = grid.stride[axis];
+                let factor = factor / grid.h[axis];
                 for row in grid.face_rows(axis) {
                     let (low, high, out) =
                         (&q[row.start - s..row.end - s], &q[row.clone()], &mut face[row.clone()]);
@@ -134,12 +118,10 @@ fn gradient<const D: usize>(
     );
 }
 
-/// The acceleration by pressure and body forces on faces (m/s2); closed faces are left to the
-/// caller.
+/// The acceleration by pressure on faces (m/s2); closed faces are left to the caller.
 pub fn acceleration<const D: usize>(
     grid: &Grid<D>,
     beta: &FaceCoefficient<D>,
-    force: Option<&BodyForce<D>>,
     p: &[f64],
     faces: &mut VectorField<D>,
 ) {
@@ -152,12 +134,6 @@ pub fn acceleration<const D: usize>(
         #[inline(always)]
         |face, part| *face = part,
     );
-    let Some(force) = force else { return };
-    for (axis, face) in faces.iter_mut().enumerate() {
-        for c in grid.face_rows(axis).flatten() {
-            face[c] += force.at(grid, beta, axis, c);
-        }
-    }
 }
 
 /// The means of the cells along a row of faces, of fourth order: `(-1, 9, 9, -1)/16` across each.
@@ -333,7 +309,8 @@ pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &
         || {
             for row in grid.rows() {
                 for axis in 0..D {
-                    let (s, factor) = (grid.stride[axis], 1.0 / grid.h[axis]);
+                    let s = grid.stride[axis];
+                    let factor = 1.0 / grid.h[axis];
                     let (low, high) =
                         (&faces[axis][row.clone()], &faces[axis][row.start + s..row.end + s]);
                     for ((d, l), h) in out[row.clone()].iter_mut().zip(low).zip(high) {

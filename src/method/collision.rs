@@ -16,7 +16,8 @@ pub(crate) fn refuse_collisions<const D: usize>(
     bodies: &[Body],
     has_law: bool,
 ) -> Result<()> {
-    let (grid, periods) = (&domain.grid, domain.periods());
+    let grid = &domain.grid;
+    let periods = domain.periods();
     let lawless = |b: &Body| !has_law || b.freedom().is_none();
     for (index, body) in bodies.iter().enumerate().filter(|(_, b)| b.moves() && lawless(b)) {
         let cure = match body.freedom() {
@@ -68,7 +69,8 @@ fn overlap(body: &Body, other: &Body, apart: &Vector3<f64>) -> bool {
     }
     // From one to the nearest point of the other and back: between convex bodies this ends at their
     // gap, or within both.
-    let (turn, its) = (body.orientation(), other.orientation());
+    let turn = body.orientation();
+    let its = other.orientation();
     let touch = 1e-9 * body.radius().min(other.radius());
     let mut point = *apart;
     for _ in 0..100 {

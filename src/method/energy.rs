@@ -125,7 +125,8 @@ pub fn close<const D: usize>(
     method: &dyn Method<D>,
     [all_cells, inside]: [f64; 2],
 ) -> Result<()> {
-    let (contacts, mut e) = (method.contacts(), s.energy);
+    let contacts = method.contacts();
+    let mut e = s.energy;
     let worked = Work::of(domain, s, before, contacts);
     let springs = contacts.map_or(0.0, |c| c.stored(&s.bodies, |k| s.displacement(k)));
     let walls = contacts.map_or(0.0, Contacts::wall_work);
@@ -331,7 +332,8 @@ fn of_fluid<const D: usize>(
 /// This rank's part of `sum |grad u|^2 dV` over the fluid outside the bodies, by the faces of the
 /// cells; ghosts filled.
 fn slopes<const D: usize>(domain: &Domain<D>, s: &State<D>, method: &dyn Method<D>) -> f64 {
-    let (grid, u) = (&domain.grid, &s.u);
+    let grid = &domain.grid;
+    let u = &s.u;
     let mut slopes = low_slopes(grid, u);
     let at = |axis: usize, face: usize| {
         u.iter().map(|u| slope(u, face, grid.stride[axis], grid.h[axis])).sum::<f64>()
@@ -360,7 +362,8 @@ fn slopes<const D: usize>(domain: &Domain<D>, s: &State<D>, method: &dyn Method<
         if domain.boundaries.kinds[axis][side].is_none() {
             continue;
         }
-        let (s, h) = (grid.stride[axis], grid.h[axis]);
+        let s = grid.stride[axis];
+        let h = grid.h[axis];
         for cell in grid.boundary_cells(axis, side) {
             let ghost = if side == 0 { cell - s } else { cell + s };
             for (i, u) in u.iter().enumerate() {

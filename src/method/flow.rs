@@ -18,9 +18,8 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::force::Forces;
 use crate::grid::VectorField;
-use crate::kernels::boundary::{self, Sides};
 use crate::kernels::diffusion;
-use crate::kernels::faces::{self, BodyForce, FaceCoefficient};
+use crate::kernels::faces::{self, FaceCoefficient};
 use crate::numerics::PRESSURE_TIME;
 use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
@@ -38,13 +37,11 @@ pub struct Flow<const D: usize> {
     pub mixture: Mixture,
     /// `1/rho` on faces (m3/kg).
     pub beta: FaceCoefficient<D>,
-    /// Gravity and contacts, where something is free to fall.
-    pub force: Option<BodyForce<D>>,
     /// The terms of (7).
     pub momentum: Momentum<D>,
     /// Whether cells take (16) as printed.
     pub cell_gradient: bool,
-    /// Pressure, gravity and contacts on faces (m/s2), of the pressure at the start of the step
+    /// That by pressure and drive on faces (m/s2), of the pressure at the start of the step
     /// and, after (16), at its end.
     pub acceleration: VectorField<D>,
     /// The most that faces have at once of the last pressure's acceleration, in place of the mean
@@ -90,16 +87,10 @@ impl<const D: usize> Method<D> for Flow<D> {
         Ok(())
     }
 
-    /// The acceleration by pressure, gravity and contacts on faces, as cells and the next step's
+    /// The acceleration by pressure and drive on faces, as cells and the next step's
     /// stages use it.
     fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {
-        faces::acceleration(
-            &domain.grid,
-            &self.beta,
-            self.force.as_ref(),
-            &s.p,
-            &mut self.acceleration,
-        );
+        faces::acceleration(&domain.grid, &self.beta, &s.p, &mut self.acceleration);
         domain.boundaries.extrapolate_to_closed_faces(&mut self.acceleration);
         let Some(force) = s.drive else { return };
         for (axis, a) in
@@ -133,7 +124,6 @@ impl<const D: usize> Flow<D> {
     pub fn new(
         domain: &Domain<D>,
         mixture: Mixture,
-        force: Option<BodyForce<D>>,
         momentum: Momentum<D>,
         cell_gradient: bool,
     ) -> Flow<D> {
@@ -142,7 +132,6 @@ impl<const D: usize> Flow<D> {
         Flow {
             beta: FaceCoefficient::new(grid, &mixture.density),
             mixture,
-            force,
             stabilised: Stabilised::new(grid, &momentum.scheme),
             momentum,
             cell_gradient,
@@ -158,15 +147,14 @@ impl<const D: usize> Flow<D> {
     }
 
     /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and not
-    /// in u*. Returns the forces of this rank's sides on the fluid, where a balance is kept.
-    /// Collective.
+    /// in u*. Collective.
     pub fn predict_cells(
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
         dt: f64,
         mut listener: Option<Listener<D>>,
-    ) -> Result<Sides> {
+    ) -> Result<()> {
         let _logged = domain.session.log(LogStage::Prediction)?;
         if let Some(stabilised) = &mut self.stabilised
             && stabilised.is_for(domain, &self.momentum.scheme, dt)
@@ -178,14 +166,14 @@ impl<const D: usize> Flow<D> {
                 domain.clock.lap(Stage::Ghosts);
                 Ok(())
             };
-            let (momentum, a) = (&mut self.momentum, &self.acceleration);
-            let sides = stabilised.predict(momentum, domain, s, &self.mixture, a, dt, finish)?;
+            let momentum = &mut self.momentum;
+            let a = &self.acceleration;
+            stabilised.predict(momentum, domain, s, &self.mixture, a, dt, finish)?;
             // The faces take it by themselves.
             faces::add_to_cells(&domain.grid, -dt, &self.acceleration, &mut s.u);
             domain.clock.lap(Stage::Update);
-            return Ok(sides);
+            return Ok(());
         }
-        let mut sides = Sides::zeros();
         for k in 0..self.momentum.scheme.weights.len() {
             if k > 0 {
                 self.momentum.start_stage(domain, k, &s.u, &self.acceleration, dt, &mut self.stage);
@@ -194,12 +182,6 @@ impl<const D: usize> Flow<D> {
             domain.clock.lap(Stage::Ghosts);
             let (u, carrier) =
                 (if k == 0 { &s.u } else { &self.stage }, self.momentum.carrier(s, dt));
-            if s.balance.is_some() {
-                let (density, weight) = (domain.fluid.density, self.momentum.scheme.weights[k]);
-                sides += weight
-                    * boundary::stress(&domain.grid, &carrier, u, density, &self.mixture.viscosity);
-                domain.clock.lap(Stage::Force);
-            }
             let listener = listener.as_mut().map(|hear| &mut **hear as Listener<D>);
             self.momentum.add_stage(domain, k, &self.mixture, &carrier, u, dt, listener)?;
         }
@@ -211,7 +193,7 @@ impl<const D: usize> Flow<D> {
             }
         }
         domain.clock.lap(Stage::Update);
-        Ok(sides)
+        Ok(())
     }
 
     /// (8). Collective.
@@ -251,8 +233,7 @@ impl<const D: usize> Flow<D> {
     /// How much of the last pressure's acceleration faces have at once in a step of `dt` (s), in
     /// place of the mean of the cells'.
     fn own_part(&self, domain: &Domain<D>, dt: f64) -> f64 {
-        // What forces on bodies do at faces the cells' mean does not.
-        let Some(most) = self.own.filter(|_| self.force.is_none()) else { return 1.0 };
+        let Some(most) = self.own else { return 1.0 };
         let h = domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min);
         let diffusion = domain.fluid.viscosity / domain.fluid.density * dt / (h * h);
         (PRESSURE_TIME / diffusion).min(most)
@@ -320,10 +301,8 @@ impl<const D: usize> Flow<D> {
         // is dropped, and so is that of a drive which holds a velocity.
         let drive = domain.drive.filter(|drive| drive.held().is_some());
         s.drive = drive.map(|_| Vector3::zeros());
-        let force = self.force.take();
         domain.project(&self.beta, s, 1.0)?;
         self.find_acceleration(domain, s);
-        self.force = force;
         faces::add_to_cells(&domain.grid, 1.0, &self.acceleration, &mut s.u);
         s.p.fill(0.0);
         s.drive = domain.drive_at_start();

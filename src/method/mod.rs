@@ -14,7 +14,7 @@ use crate::Result;
 use crate::contact::Contacts;
 use crate::domain::Domain;
 use crate::geometry::{Cut, Overlap};
-use crate::grid::{Coefficient, Grid, VectorField};
+use crate::grid::VectorField;
 use crate::kernels::faces::FaceCoefficient;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
@@ -145,27 +145,4 @@ impl<const D: usize> dyn Method<D> {
 
 fn vector<const D: usize>(field: &VectorField<D>, cell: usize) -> Vector3<f64> {
     Vector3::from_fn(|a, _| if a < D { field[a][cell] } else { 0.0 })
-}
-
-/// The momentum of this rank's cells (kg m/s).
-fn cells_momentum<const D: usize>(
-    grid: &Grid<D>,
-    density: &Coefficient,
-    u: &VectorField<D>,
-) -> Vector3<f64> {
-    let mut sum = Vector3::zeros();
-    for (a, u) in u.iter().enumerate() {
-        sum[a] = match density {
-            Coefficient::Uniform(rho) => {
-                rho * grid.rows().map(|row| u[row].iter().sum::<f64>()).sum::<f64>()
-            }
-            Coefficient::Field(rho) => {
-                let row_sum = |row: std::ops::Range<usize>| -> f64 {
-                    u[row.clone()].iter().zip(&rho[row]).map(|(u, rho)| u * rho).sum()
-                };
-                grid.rows().map(row_sum).sum()
-            }
-        };
-    }
-    sum * grid.cell_volume()
 }

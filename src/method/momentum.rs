@@ -113,7 +113,8 @@ impl<const D: usize> Momentum<D> {
         u: &mut VectorField<D>,
     ) {
         let (of_rate, of_pressure) = self.scheme.stages[k - 1];
-        let (rate, acceleration) = ((dt * of_rate, &self.rate), (dt * of_pressure, acceleration));
+        let rate = (dt * of_rate, &self.rate);
+        let acceleration = (dt * of_pressure, acceleration);
         faces::step_cells(&domain.grid, Some(start), rate, acceleration, u);
         domain.clock.lap(Stage::Update);
     }
@@ -166,7 +167,8 @@ impl<const D: usize> Momentum<D> {
             && matches!(self.advection, Advection::Upwind5);
         if in_one_pass {
             let nu = mixture.viscosity.at(0) / mixture.density.at(0);
-            let (rate, fluxes) = (&mut self.rate, &mut self.fluxes);
+            let rate = &mut self.rate;
+            let fluxes = &mut self.fluxes;
             advection::upwind5(&domain.grid, carrier, u, nu, weight, fresh, rate, fluxes);
             domain.clock.lap(Stage::Advection);
         } else {
@@ -217,7 +219,8 @@ impl<const D: usize> Momentum<D> {
         u: &VectorField<D>,
         dt: f64,
     ) -> Result<()> {
-        let (grid, rate) = (&domain.grid, &mut self.rate);
+        let grid = &domain.grid;
+        let rate = &mut self.rate;
         match &mut self.advection {
             Advection::Upwind5 => {
                 advection::upwind5(grid, carrier, u, 0.0, weight, false, rate, &mut self.fluxes)

@@ -69,7 +69,8 @@ impl<const D: usize> Stabilised<D> {
             let u = if k == 0 { &s.u } else { &*last };
             let carrier = momentum.carrier(s, dt);
             if s.balance.is_some() {
-                let (density, viscosity) = (domain.fluid.density, &mixture.viscosity);
+                let density = domain.fluid.density;
+                let viscosity = &mixture.viscosity;
                 sides += weight * boundary::stress(&domain.grid, &carrier, u, density, viscosity);
                 domain.clock.lap(Lap::Force);
             }

@@ -75,7 +75,8 @@ impl<'a> Piece<'a> {
     /// The surface of a body that is not round.
     fn put_surface(&mut self, one: &'a Numbered<'a>) {
         let body = one.1;
-        let (shape, turn) = (body.shape(), body.orientation());
+        let shape = body.shape();
+        let turn = body.orientation();
         let mut known: HashMap<[u64; 3], usize> = HashMap::new();
         for corners in shape.triangles(2.0 * shape.radius() / ALONG) {
             let corner = |corner: Vector3<f64>| {

@@ -79,7 +79,8 @@ impl Writer {
     /// # Errors
     /// When it cannot be made, or a rank does not see it.
     pub fn begin(session: &Session, run: &Path, step: u64) -> Result<Writer> {
-        let (path, folder) = (path(run, step), run.join(FOLDER));
+        let path = path(run, step);
+        let folder = run.join(FOLDER);
         session.agree(if session.rank() == 0 {
             fs::create_dir_all(&folder).map_err(Error::io(&folder))
         } else {
@@ -142,7 +143,8 @@ impl Target for Writer {
     }
 
     fn put_parts(&mut self, session: &Session, mine: &[u8]) -> Result<()> {
-        let (rank, ranks) = (session.rank(), session.size());
+        let rank = session.rank();
+        let ranks = session.size();
         // Where the parts begin, and length and checksum of each: whole numbers that a double
         // holds, each told by one rank.
         let mut told = vec![0.0; 1 + 2 * ranks];
@@ -245,7 +247,9 @@ fn verify(path: &Path) -> Result<(), String> {
         if length < HEAD + TAIL {
             return Ok(Err("it is too short".into()));
         }
-        let (mut hasher, mut buffer, mut left) = (Hasher::new(), vec![0; 1 << 18], length - TAIL);
+        let mut hasher = Hasher::new();
+        let mut buffer = vec![0; 1 << 18];
+        let mut left = length - TAIL;
         let mut head = [0; HEAD as usize];
         file.read_exact(&mut head)?;
         hasher.update(&head);

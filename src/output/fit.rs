@@ -36,7 +36,8 @@ pub fn steadiest_quarter(samples: &[(f64, f64)]) -> Option<Steadiest> {
     let quarter = 0.25 * way.last()?;
     let (mut best, mut end): (Option<Steadiest>, usize) = (None, 0);
     // Indices of samples of the window that may become its largest and its least, in order.
-    let (mut high, mut low) = (VecDeque::new(), VecDeque::new());
+    let mut high = VecDeque::new();
+    let mut low = VecDeque::new();
     for start in 0..samples.len() {
         while end < samples.len() && (end == start || way[end - 1] - way[start] < quarter) {
             while high.back().is_some_and(|k: &usize| samples[*k].1 <= samples[end].1) {
@@ -49,7 +50,8 @@ pub fn steadiest_quarter(samples: &[(f64, f64)]) -> Option<Steadiest> {
             low.push_back(end);
             end += 1;
         }
-        let (first, last) = (samples[start], samples[end - 1]);
+        let first = samples[start];
+        let last = samples[end - 1];
         let gone = way[end - 1] - way[start];
         if gone < quarter || gone <= 0.0 {
             break;
@@ -132,7 +134,8 @@ pub fn noise(samples: &[(f64, f64)]) -> Option<f64> {
         Vector3::new(1.0, s, s * s)
     };
     let weighted = || samples.windows(2).map(|w| (w[1].0 - w[0].0, powers(w[1].0), w[1].1));
-    let (mut products, mut values) = (Matrix3::zeros(), Vector3::zeros());
+    let mut products = Matrix3::zeros();
+    let mut values = Vector3::zeros();
     for (dt, powers, value) in weighted() {
         products += dt * powers * powers.transpose();
         values += dt * value * powers;
@@ -169,7 +172,9 @@ mod tests {
     #[test]
     fn morison_residual_of_unmodelled_force() {
         let fit = |extra: f64| {
-            let (mut morison, dt, mut square) = (Morison::new(2.0, 0.2, 0.03), 0.01, 0.0);
+            let mut morison = Morison::new(2.0, 0.2, 0.03);
+            let dt = 0.01;
+            let mut square = 0.0;
             for k in 1..=400 {
                 let time = dt * f64::from(k);
                 let (origin, drift, amplitude) =
@@ -185,7 +190,8 @@ mod tests {
                 square += dt * force * force;
                 morison.add(&path(time), &(force / 0.5 * amplitude), dt);
             }
-            let (c, left) = (morison.coefficients().unwrap(), morison.residual().unwrap());
+            let c = morison.coefficients().unwrap();
+            let left = morison.residual().unwrap();
             assert!((c.x - 2.1).abs() < 1e-9 && (c.y - 1.4).abs() < 1e-9, "{c}");
             (left, (0.5 * extra * extra * 4.0 / square).sqrt())
         };

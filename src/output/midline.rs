@@ -28,7 +28,8 @@ pub fn value<const D: usize>(kind: MeasureKind, scene: &Scene<D>) -> Result<Opti
         MeasureKind::MidlineVLargest => (1, 0, 1.0),
         _ => return Ok(None),
     };
-    let (grid, u) = (&scene.domain.grid, &scene.state.u[axis]);
+    let grid = &scene.domain.grid;
+    let u = &scene.state.u[axis];
     let Ok(cells) = <[usize; 2]>::try_from(&grid.cells[..]) else { return Ok(None) };
     let own = |cell: [usize; 2]| {
         grid.owned_index(std::array::from_fn(|a| cell[a])).map_or(0.0, |c| sign * u[c])
@@ -41,7 +42,8 @@ pub fn value<const D: usize>(kind: MeasureKind, scene: &Scene<D>) -> Result<Opti
 /// The largest x at which the shear at the south side turns from backward to forward (m); `None`
 /// where it does not, and in 3D. Collective.
 fn reattachment<const D: usize>(scene: &Scene<D>) -> Result<Option<f64>> {
-    let (grid, u) = (&scene.domain.grid, &scene.state.u[0]);
+    let grid = &scene.domain.grid;
+    let u = &scene.state.u[0];
     let Ok(cells) = <[usize; 2]>::try_from(&grid.cells[..]) else { return Ok(None) };
     let at = |i: usize, j: usize| {
         grid.owned_index(std::array::from_fn(|a| [i, j][a])).map_or(0.0, |c| u[c])

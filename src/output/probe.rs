@@ -40,7 +40,8 @@ impl Probes {
         scene: &mut Scene<D>,
         mut put: impl FnMut(std::fmt::Arguments) -> Result<()>,
     ) -> Result<()> {
-        let (time, steps) = (scene.state.time, scene.state.steps);
+        let time = scene.state.time;
+        let steps = scene.state.steps;
         let due =
             |probe: &Probe| time >= probe.from && steps.is_multiple_of(probe.every.unwrap_or(1));
         if self.probes.iter().any(|(probe, _)| due(probe)) {
@@ -96,7 +97,8 @@ fn at<const D: usize>(scene: &Scene<D>, place: &[f64], values: &mut [f64]) {
         (if off < 0.0 { index - grid.stride[a] } else { index + grid.stride[a] }, off.abs())
     });
     for corner in 0..1usize << D {
-        let (mut c, mut share) = (index, 1.0);
+        let mut c = index;
+        let mut share = 1.0;
         for (a, (neighbour, near)) in beside.iter().enumerate() {
             if corner >> a & 1 == 1 {
                 c = c + neighbour - index;

@@ -271,7 +271,8 @@ mod tests {
         };
         let seen: Vec<f64> = (1..=30).map(|second| left(&mut progress, second)).collect();
         assert!((seen[8] / 991.0 - 1.0).abs() < 1e-9, "{}", seen[8]);
-        let (after_a_tenth, truth) = (seen[19], 89.0);
+        let after_a_tenth = seen[19];
+        let truth = 89.0;
         assert!((after_a_tenth / truth - 1.0f64).abs() < 0.3, "{after_a_tenth}");
         assert!((seen[29] / 79.0 - 1.0).abs() < 0.06, "{}", seen[29]);
         // Nothing has gone since: the same pace.

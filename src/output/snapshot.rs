@@ -34,7 +34,8 @@ fn each<const D: usize>(
 ) -> Result<()> {
     scene.domain.boundaries.fill_velocity(&mut scene.state.u)?;
     let scene = &*scene;
-    let (grid, bodies) = (&scene.domain.grid, &scene.state.bodies);
+    let grid = &scene.domain.grid;
+    let bodies = &scene.state.bodies;
     let own = |field: &mut [f64], motion: &dyn Fn(&Body, &Vector3<f64>) -> f64| {
         for (body, overlaps) in bodies.iter().zip(scene.method.overlaps_by_body()) {
             let inside = overlaps.iter().filter(|o| o.is_inside());

@@ -141,7 +141,8 @@ impl<const D: usize> Statistics<D> {
     pub fn of_case(scene: &Scene<D>, case: &Case) -> Option<Statistics<D>> {
         let plan = case.statistics.as_ref()?;
         // Also of bodies that have yet to come in.
-        let (grid, bodies) = (&scene.domain.grid, case.has_bodies());
+        let grid = &scene.domain.grid;
+        let bodies = case.has_bodies();
         let fields = |count: usize| (0..count).map(|_| grid.field()).collect::<Vec<_>>();
         Some(Statistics {
             plan: plan.clone(),
@@ -191,7 +192,8 @@ impl<const D: usize> Statistics<D> {
     }
 
     fn add_cells(&mut self, grid: &Grid<D>, weight: f64, scene: &Scene<D>) {
-        let (u, p) = (&scene.state.u, &scene.state.p);
+        let u = &scene.state.u;
+        let p = &scene.state.p;
         let Statistics { velocity, products, pressure: [mean, square], .. } = self;
         simd(
             #[inline(always)]
@@ -222,10 +224,12 @@ impl<const D: usize> Statistics<D> {
 
     /// Takes out of the fluid's sums what bodies fill, and adds it to theirs.
     fn take_bodies(&mut self, weight: f64, scene: &Scene<D>) {
-        let (u, p) = (&scene.state.u, &scene.state.p);
+        let u = &scene.state.u;
+        let p = &scene.state.p;
         for (body, overlaps) in scene.state.bodies.iter().zip(scene.method.overlaps_by_body()) {
             for o in overlaps {
-                let (c, share) = (o.cell, weight * o.fraction);
+                let c = o.cell;
+                let share = weight * o.fraction;
                 self.velocity.iter_mut().zip(u).for_each(|(sum, u)| sum[c] -= share * u[c]);
                 for (sum, (a, b)) in self.products.iter_mut().zip(pairs(D)) {
                     sum[c] -= share * u[a][c] * u[b][c];
@@ -267,7 +271,8 @@ impl<const D: usize> Statistics<D> {
         if self.counted <= 0.0 {
             return Ok(());
         }
-        let (grid, session) = (&scene.domain.grid, &scene.domain.session);
+        let grid = &scene.domain.grid;
+        let session = &scene.domain.session;
         let means = self.means(&|field| Ok(field.to_vec()), &vec![1.0; self.pressure[0].len()])?;
         let of = |(name, parts): &(String, Vec<Vec<f64>>)| {
             (name.clone(), if parts.len() == 1 { 1 } else { 3 })
@@ -279,7 +284,8 @@ impl<const D: usize> Statistics<D> {
             file.put(grid, name, &slices(parts));
         }
         file.commit()?;
-        let (counted, names) = (self.counted, &self.obstacles);
+        let counted = self.counted;
+        let names = &self.obstacles;
         let table = self.balance.as_ref().and_then(|[window, _]| window.table(D, counted, names));
         let profile =
             self.plan.profile.map(|axis| self.profile(session, grid, axis)).transpose()?;

@@ -24,8 +24,10 @@ pub fn survey<const D: usize>(
     m: &Measure,
     scratch: &mut Vec<f64>,
 ) -> Result<f64> {
-    let (domain, s) = (&scene.domain, &scene.state);
-    let (grid, axis) = (&domain.grid, m.axis);
+    let domain = &scene.domain;
+    let s = &scene.state;
+    let grid = &domain.grid;
+    let axis = m.axis;
     let volume = box_volume(grid);
     let carried = || s.bodies.iter().map(|b| b.volume() * b.velocity[axis]).sum::<f64>();
     Ok(match m.kind {
@@ -61,7 +63,8 @@ pub fn survey<const D: usize>(
 /// The mean pressure at the low face of the box along an axis, less that at the high one (Pa), each
 /// on the line through two layers of cells; nothing along a periodic axis. Collective.
 fn pressure_drop<const D: usize>(scene: &Scene<D>, axis: usize) -> Result<f64> {
-    let (grid, p) = (&scene.domain.grid, &scene.state.p);
+    let grid = &scene.domain.grid;
+    let p = &scene.state.p;
     if grid.periodic[axis] {
         return Ok(0.0);
     }
@@ -100,7 +103,8 @@ fn solid_fraction<const D: usize>(scene: &Scene<D>, m: &Measure) -> Result<f64> 
 /// a layer of cells passes the measure's threshold (m), on the straight line between the middles of
 /// two layers. Collective.
 fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f64>) -> Result<f64> {
-    let (grid, axis) = (&scene.domain.grid, m.axis);
+    let grid = &scene.domain.grid;
+    let axis = m.axis;
     layers.clear();
     layers.resize(grid.cells[axis], 0.0);
     let share = grid.cells[axis] as f64 / grid.total_cells() as f64;
@@ -111,7 +115,8 @@ fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f6
     if scene.domain.fluid.gravity[axis] > 0.0 {
         layers.reverse();
     }
-    let (h, least) = (grid.h[axis], m.threshold);
+    let h = grid.h[axis];
+    let least = m.threshold;
     let Some(top) = layers.iter().rposition(|fraction| *fraction >= least) else { return Ok(0.0) };
     let above = layers.get(top + 1).copied().unwrap_or(0.0);
     Ok(((top as f64 + 0.5 + (layers[top] - least) / (layers[top] - above)) * h)

@@ -94,7 +94,8 @@ impl Neighbours {
                 take(i, image);
             }
         });
-        let (at, cells) = (self.place[i], self.cells);
+        let at = self.place[i];
+        let cells = self.cells;
         let ranges: [_; 3] = std::array::from_fn(|a| self.range(a, at[a]));
         for z in ranges[2].clone() {
             for y in ranges[1].clone() {

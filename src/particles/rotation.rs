@@ -118,8 +118,11 @@ mod tests {
             body.spin = Vector3::new(1e-4, 1.0, 1e-4);
             let momentum = body.inertia().of(&body.spin);
             let energy = |body: &Body| 0.5 * body.spin.dot(&body.inertia().of(&body.spin));
-            let (start, mut over, turns) = (energy(&body), 0, 60.0);
-            let (mut last, mut rounded) = (1.0, 1e-15);
+            let start = energy(&body);
+            let mut over = 0;
+            let turns = 60.0;
+            let mut last = 1.0;
+            let mut rounded = 1e-15;
             for _ in 0..(turns * std::f64::consts::TAU / dt) as usize {
                 body.advance(dt, &Accelerations::default(), &[None; 3]);
                 let along = (body.orientation() * Vector3::y()).y;

@@ -118,7 +118,8 @@ impl Axis {
                 self.slab(block, self.ghosts),
                 self.slab(block, self.ghosts + self.local).start,
             );
-            let (last, below) = (self.ghosts + self.local - self.layers, self.ghosts - self.layers);
+            let last = self.ghosts + self.local - self.layers;
+            let below = self.ghosts - self.layers;
             field.copy_within(self.slab(block, last), self.slab(block, below).start);
         }
     }

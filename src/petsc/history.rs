@@ -99,7 +99,10 @@ impl History {
         if !self.recording {
             return Ok(());
         }
-        let (mut r, mut a, mut d, mut most) = (0.0, 0.0, 0.0, 0);
+        let mut r = 0.0;
+        let mut a = 0.0;
+        let mut d = 0.0;
+        let mut most = 0;
         let mut guesses = ffi::PETSC_FALSE;
         // SAFETY: `system` is alive; outputs are numbers.
         unsafe {
@@ -118,7 +121,8 @@ impl History {
         if self.buffer.len() < room {
             self.buffer.resize(room, 0.0);
         }
-        let (at, room) = (self.buffer.as_mut_ptr(), self.buffer.len() as i32);
+        let at = self.buffer.as_mut_ptr();
+        let room = self.buffer.len() as i32;
         // SAFETY: the buffer outlives the solver, whose owner destroys that first, and is handed
         // over anew after each growth, before the next solve.
         check("KSPSetResidualHistory", unsafe {
@@ -131,8 +135,13 @@ impl History {
         if !self.recording {
             return Ok(());
         }
-        let (mut rtol, mut atol, mut d, mut most) = (0.0, 0.0, 0.0, 0);
-        let (mut kind, mut count, mut last) = (0, 0, 0.0);
+        let mut rtol = 0.0;
+        let mut atol = 0.0;
+        let mut d = 0.0;
+        let mut most = 0;
+        let mut kind = 0;
+        let mut count = 0;
+        let mut last = 0.0;
         // SAFETY: `system` is alive; outputs are numbers.
         unsafe {
             let tolerances =
@@ -179,12 +188,14 @@ impl History {
     /// iterations; the `first` one too, where it is known and the method does not keep it.
     fn take(&mut self, kept: usize, (iterations, last): (u32, f64), first: Option<f64>) {
         let History { buffer, residuals, .. } = self;
-        let (all, count) = (&buffer[..kept], iterations as usize);
+        let all = &buffer[..kept];
+        let count = iterations as usize;
         let cut = kept == buffer.len() && count >= kept;
         let lacks = |first: &f64| (all[0] - first).abs() > 1e-6 * first;
         let first = first.filter(|first| !cut && kept != count + 1 && lacks(first));
         residuals.extend(first.map(|first| (0, first)));
-        let (before, end) = (usize::from(first.is_some()), kept.saturating_sub(1));
+        let before = usize::from(first.is_some());
+        let end = kept.saturating_sub(1);
         let spread = f64::from(iterations) / (before + end).max(1) as f64;
         let number = |k: usize| match k {
             _ if cut => k as u32,

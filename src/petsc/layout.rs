@@ -101,7 +101,8 @@ impl Layout {
         let ranks = split(session.size(), &cells, self.ghosts)
             .ok_or_else(|| too_many_ranks(session.size(), &cells, self.ghosts))?;
         let in_space = [cells[0], cells[1], cells.get(2).copied().unwrap_or(1)];
-        let (kind, form) = (ffi::DM_BOUNDARY_NONE, ffi::DMDA_STENCIL_STAR);
+        let kind = ffi::DM_BOUNDARY_NONE;
+        let form = ffi::DMDA_STENCIL_STAR;
         let dm = make_da(session, &in_space, &[false; 3], ranks, (1, kind, form))?;
         let grid = CellGrid { dm };
         // SAFETY: a DMDA just made, owned by `grid`.
@@ -127,10 +128,13 @@ impl Layout {
         ghosts: usize,
     ) -> Result<Layout> {
         let dimension = cells.len();
-        let (mut s, mut n) = ([0i32; 3], [1i32; 3]);
-        let (mut ranks, mut map) = (ptr::null(), ptr::null_mut());
+        let mut s = [0i32; 3];
+        let mut n = [1i32; 3];
+        let mut ranks = ptr::null();
+        let mut map = ptr::null_mut();
         let mut indices = ptr::null();
-        let (mut neighbours, mut numbers) = ([[None; 2]; 3], Vec::new());
+        let mut neighbours = [[None; 2]; 3];
+        let mut numbers = Vec::new();
         let stored = |n: [i32; 3]| {
             std::array::from_fn(|a| n[a] as usize + if a < dimension { 2 * ghosts } else { 0 })
         };
@@ -189,7 +193,8 @@ fn make_da(
     };
     let n = |a: usize| cells[a] as i32;
     let ([along_x, along_y, along_z], width) = (ranks.map(|r| r as i32), ghosts as i32);
-    let (comm, none) = (session.comm(), ptr::null());
+    let comm = session.comm();
+    let none = ptr::null();
     let mut da: ffi::DM = ptr::null_mut();
     // SAFETY: plain numbers, no ownership ranges (null), one output handle.
     #[rustfmt::skip]

@@ -87,7 +87,8 @@ impl Shell {
     ) -> Result<Shell> {
         let state = Box::new(State { operator, owned, assembled: ptr::null_mut(), failure: None });
         let mut shell = Shell { matrix: ptr::null_mut(), state: NonNull::from(Box::leak(state)) };
-        let (n, any) = (owned as i32, -1);
+        let n = owned as i32;
+        let any = -1;
         // SAFETY: the matrix is an output that `shell` owns from then on; its context lives as long
         // as `shell`, and `multiply` has the signature that PETSc calls for these two operations.
         // `create` likewise; the names are static.
@@ -230,7 +231,8 @@ unsafe extern "C" fn create(pc: ffi::PC) -> ffi::PetscErrorCode {
 }
 
 unsafe extern "C" fn apply(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec) -> ffi::PetscErrorCode {
-    let (mut a, mut p) = (ptr::null_mut(), ptr::null_mut());
+    let mut a = ptr::null_mut();
+    let mut p = ptr::null_mut();
     let (mut carried, mut context): (ffi::PetscObject, *mut c_void) =
         (ptr::null_mut(), ptr::null_mut());
     // SAFETY: each call writes one pointer; what a matrix carries under our name is a container of
@@ -270,7 +272,8 @@ impl State {
         y: ffi::Vec,
         act: impl FnOnce(&mut dyn Operator, &[f64], &mut [f64]) -> Result<()>,
     ) -> ffi::PetscErrorCode {
-        let (operator, owned) = (&self.operator, self.owned);
+        let operator = &self.operator;
+        let owned = self.owned;
         let called = catch_unwind(AssertUnwindSafe(|| {
             let Ok(mut operator) = operator.try_borrow_mut() else {
                 return Err(in_use());

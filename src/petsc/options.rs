@@ -50,7 +50,8 @@ impl Session {
         if self.has_option(name)? {
             return Ok(());
         }
-        let (n, v) = (c_string(name)?, c_string(value)?);
+        let n = c_string(name)?;
+        let v = c_string(value)?;
         // SAFETY: both strings are copied by PETSc.
         check("PetscOptionsSetValue", unsafe {
             ffi::PetscOptionsSetValue(ptr::null_mut(), n.as_ptr(), v.as_ptr())
@@ -114,7 +115,9 @@ fn all_pairs() -> Result<Vec<(String, String)>> {
 
 /// The options that nothing has read, with their values.
 fn unused_pairs() -> Result<Vec<(String, String)>> {
-    let (mut n, mut names, mut values) = (0, ptr::null_mut(), ptr::null_mut());
+    let mut n = 0;
+    let mut names = ptr::null_mut();
+    let mut values = ptr::null_mut();
     let text = |s: *mut c_char| match s.is_null() {
         true => String::new(),
         // SAFETY: a NUL-terminated string of PETSc's.

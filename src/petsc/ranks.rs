@@ -176,10 +176,15 @@ impl Session {
         // SAFETY: both buffers hold as many numbers as said; messages between two ranks keep their
         // order.
         check("MPI_Sendrecv", unsafe {
-            let (number, tag) = (T::datatype(), 0);
-            let (out, n) = (send.as_ptr().cast(), send.len() as c_int);
-            let (into, room) = (receive.as_mut_ptr().cast(), receive.len() as c_int);
-            let (to, from, comm) = (rank(to), rank(from), self.comm());
+            let number = T::datatype();
+            let tag = 0;
+            let out = send.as_ptr().cast();
+            let n = send.len() as c_int;
+            let into = receive.as_mut_ptr().cast();
+            let room = receive.len() as c_int;
+            let to = rank(to);
+            let from = rank(from);
+            let comm = self.comm();
             let none = ptr::null_mut();
             ffi::MPI_Sendrecv(out, n, number, to, tag, into, room, number, from, tag, comm, none)
         })
@@ -200,13 +205,16 @@ impl Session {
             return Err(Error::Run("an exchange does not fit its buffers".into()));
         }
         requests.clear();
-        let (double, comm) = (f64::datatype(), self.comm());
+        let double = f64::datatype();
+        let comm = self.comm();
         let mut begin = 0;
         for (rank, count) in partners {
-            let (out, into) = (&send[begin..][..count], &mut receive[begin..][..count]);
+            let out = &send[begin..][..count];
+            let into = &mut receive[begin..][..count];
             begin += count;
             self.tell(Traffic::message(size_of_val(out)));
-            let (rank, n) = (rank as c_int, count as c_int);
+            let rank = rank as c_int;
+            let n = count as c_int;
             for _ in 0..2 {
                 requests.push(ptr::null_mut());
             }
@@ -249,8 +257,11 @@ impl Session {
         self.tell(Traffic::meeting(size_of_val(&mine[..counts[self.rank()] as usize])));
         // SAFETY: checked above, and every rank makes the same call.
         check("MPI_Allgatherv", unsafe {
-            let (number, n) = (T::datatype(), counts[self.rank()]);
-            let (to, counts, starts) = (all.as_mut_ptr().cast(), counts.as_ptr(), starts.as_ptr());
+            let number = T::datatype();
+            let n = counts[self.rank()];
+            let to = all.as_mut_ptr().cast();
+            let counts = counts.as_ptr();
+            let starts = starts.as_ptr();
             ffi::MPI_Allgatherv(
                 mine.as_ptr().cast(),
                 n,
@@ -327,7 +338,8 @@ impl Session {
             // SAFETY: the first message is the length of the second; statuses are ignored (null,
             // OpenMPI's value).
             unsafe {
-                let (f, none) = (from as c_int, ptr::null_mut());
+                let f = from as c_int;
+                let none = ptr::null_mut();
                 check(
                     "MPI_Recv",
                     ffi::MPI_Recv((&raw mut count).cast(), 1, double, f, 0, self.comm(), none),

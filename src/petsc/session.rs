@@ -58,7 +58,8 @@ impl Session {
             }
             started?;
         }
-        let (mut rank, mut size) = (0, 0);
+        let mut rank = 0;
+        let mut size = 0;
         // SAFETY: PETSC_COMM_WORLD is set by PetscInitialize, which has returned; both calls write
         // one int.
         let comm = unsafe {
@@ -152,7 +153,10 @@ impl Session {
 
     /// PETSc's version, as `3.18.5`.
     pub fn version(&self) -> String {
-        let (mut major, mut minor, mut patch, mut release) = (0, 0, 0, 0);
+        let mut major = 0;
+        let mut minor = 0;
+        let mut patch = 0;
+        let mut release = 0;
         // SAFETY: writes four integers.
         let code =
             unsafe { ffi::PetscGetVersionNumber(&mut major, &mut minor, &mut patch, &mut release) };

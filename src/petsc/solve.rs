@@ -201,7 +201,9 @@ impl LinearSolver {
     }
 
     fn attempt(&mut self) -> Result<(ffi::KSPConvergedReason, u32)> {
-        let (mut reason, mut iterations, system) = (0, 0, self.system());
+        let mut reason = 0;
+        let mut iterations = 0;
+        let system = self.system();
         self.history.begin(system)?;
         // SAFETY: handles made in `new`; outputs are two integers.
         unsafe {

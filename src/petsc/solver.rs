@@ -143,7 +143,9 @@ impl LinearSolver {
             return Ok(());
         }
         let Pattern { mut rows, mut columns, .. } = pattern;
-        let (n, any, count) = (self.owned as i32, -1, rows.len() as ffi::PetscCount);
+        let n = self.owned as i32;
+        let any = -1;
+        let count = rows.len() as ffi::PetscCount;
         // SAFETY: the handle is an output that `self` owns from then on and destroys when dropped,
         // also when a later call fails; `rows` and `columns` live through the call that reads (and
         // may reorder) them.
@@ -151,7 +153,8 @@ impl LinearSolver {
             check("MatCreate", ffi::MatCreate(self.session.comm(), &mut self.matrix))?;
             check("MatSetSizes", ffi::MatSetSizes(self.matrix, n, n, any, any))?;
             check("MatSetType", ffi::MatSetType(self.matrix, c"aij".as_ptr()))?;
-            let (i, j) = (rows.as_mut_ptr(), columns.as_mut_ptr());
+            let i = rows.as_mut_ptr();
+            let j = columns.as_mut_ptr();
             check("MatSetPreallocationCOO", ffi::MatSetPreallocationCOO(self.matrix, count, i, j))?;
             check(
                 "MatSetOption",
@@ -175,7 +178,8 @@ impl LinearSolver {
         let grid = on_grid.then(|| layout.cell_grid(&self.session)).transpose()?;
         // SAFETY: as for the matrix.
         unsafe {
-            let (x, b) = (&mut self.solution, &mut self.right_side);
+            let x = &mut self.solution;
+            let b = &mut self.right_side;
             check("MatCreateVecs", ffi::MatCreateVecs(self.operator.matrix, x, b))?;
             check("KSPCreate", ffi::KSPCreate(self.session.comm(), &mut self.krylov))?;
             self.set_operators()?;
@@ -190,8 +194,10 @@ impl LinearSolver {
             check("KSPGetNormType", ffi::KSPGetNormType(self.krylov, &mut norm))
                 .map_err(bad_option)?;
             self.tests_true_residual = norm == ffi::KSP_NORM_UNPRECONDITIONED;
-            let (mut r, mut a) = (0.0, 0.0);
-            let (d, m) = (&mut self.divergence_tolerance, &mut self.max_iterations);
+            let mut r = 0.0;
+            let mut a = 0.0;
+            let d = &mut self.divergence_tolerance;
+            let m = &mut self.max_iterations;
             check("KSPGetTolerances", ffi::KSPGetTolerances(self.krylov, &mut r, &mut a, d, m))
         }
     }

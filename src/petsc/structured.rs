@@ -51,7 +51,9 @@ impl Structured {
             std::array::from_fn(|a| (layout.start[a] + at[a]) as i32)
         };
         let stencil = |[i, j, k]: [i32; 3]| ffi::MatStencil { k, j, i, c: 0 };
-        let (mut rows, mut columns, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+        let mut rows = Vec::new();
+        let mut columns = Vec::new();
+        let mut counts = Vec::new();
         let mut last = None;
         for (row, face) in pattern.rows.iter().zip(&pattern.faces) {
             if last.replace(row) != Some(row) {
@@ -72,7 +74,8 @@ impl Structured {
     pub fn set_values(&self, values: &[f64]) -> Result<()> {
         let mut first = 0;
         for (row, count) in self.rows.iter().zip(&self.counts) {
-            let (columns, values) = (self.columns[first..].as_ptr(), values[first..].as_ptr());
+            let columns = self.columns[first..].as_ptr();
+            let values = values[first..].as_ptr();
             let insert = ffi::INSERT_VALUES;
             // SAFETY: one row, and as many columns and values as said from there on.
             check("MatSetValuesStencil", unsafe {

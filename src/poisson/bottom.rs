@@ -55,12 +55,14 @@ impl Dense {
     }
 
     fn fill(&self, level: &Level, matrix: &mut DMatrix<f64>) {
-        let (lattice, count) = (level.lattice, self.cells.len());
+        let lattice = level.lattice;
+        let count = self.cells.len();
         matrix.fill(0.0);
         let strides = [1, lattice.n[0], lattice.n[0] * lattice.n[1]];
         for (p, &c) in self.cells.iter().enumerate() {
             for axis in 0..lattice.axes {
-                let (n, at) = (lattice.n[axis], p / strides[axis] % lattice.n[axis]);
+                let n = lattice.n[axis];
+                let at = p / strides[axis] % lattice.n[axis];
                 for (face, end, round) in [(c, 0, n - 1), (c + lattice.stride[axis], n - 1, 0)] {
                     let g = f64::from(level.g[axis][face]);
                     let q = match at == end {

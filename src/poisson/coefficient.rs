@@ -30,9 +30,11 @@ impl Poisson {
                 !(value.is_finite() && *value > 0.0)
             }
             FaceCoefficient::Field(beta) => {
-                let (mut sound, mut most) = (true, 0.0f64);
+                let mut sound = true;
+                let mut most = 0.0f64;
                 for axis in 0..D {
-                    let (rows, h2) = (self.face_rows(axis), self.inverse_h2[axis]);
+                    let rows = self.face_rows(axis);
+                    let h2 = self.inverse_h2[axis];
                     for (row, s) in grid.face_rows(axis).zip(rows) {
                         let to = &mut self.g[axis][s..][..row.len()];
                         let largest = take_row(h2, &beta[axis][row], to);
@@ -67,7 +69,8 @@ impl Poisson {
     fn face_rows(&self, axis: usize) -> impl Iterator<Item = usize> + use<> {
         let lattice = self.lattice;
         let n = |a: usize| lattice.n[a] + usize::from(a == axis);
-        let (ny, nz) = (n(1), n(2));
+        let ny = n(1);
+        let nz = n(2);
         (0..nz).flat_map(move |k| (0..ny).map(move |j| lattice.row(j, k)))
     }
 

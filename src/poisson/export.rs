@@ -72,7 +72,8 @@ const LARGEST_RESIDUAL: f64 = 1e-9;
 impl Poisson {
     /// The part of the fluid, where one rank has all cells. A face that closes a period is one.
     fn fluid_matrix(&mut self) -> Sparse {
-        let (lattice, g) = (self.lattice, &self.g);
+        let lattice = self.lattice;
+        let g = &self.g;
         let [nx, ny, nz] = lattice.n;
         let steps = [1, nx, nx * ny];
         let mut matrix = Sparse::new(nx * ny * nz);
@@ -83,7 +84,9 @@ impl Poisson {
             let mut diagonal = 0.0;
             row.clear();
             for axis in 0..lattice.axes {
-                let (n, step, stride) = (lattice.n[axis], steps[axis], lattice.stride[axis]);
+                let n = lattice.n[axis];
+                let step = steps[axis];
+                let stride = lattice.stride[axis];
                 let closes = matches!(self.ends[axis], Ends::Periodic);
                 let low = g[axis][place];
                 let high = match closes && at[axis] + 1 == n {

@@ -84,7 +84,8 @@ impl Lattice {
     /// The exchange of the layer of ghosts with `neighbours`.
     pub fn halo<T: Real>(&self, session: &Session, neighbours: [[Option<usize>; 2]; 3]) -> Halo<T> {
         let stored = std::array::from_fn(|a| if a < self.axes { self.n[a] + 2 } else { 1 });
-        let (none, whole) = (Vec::new(), Vec::new());
+        let none = Vec::new();
+        let whole = Vec::new();
         let layout = Layout {
             start: [0; 3],
             local: self.n,
@@ -112,10 +113,15 @@ impl Lattice {
         let n = self.n[0];
         let [_, sy, sz] = self.stride;
         let out = &mut out[..n];
-        let (middle, west, east) = (&x[s..][..n], &x[s - 1..][..n], &x[s + 1..][..n]);
-        let (south, north) = (&x[s - sy..][..n], &x[s + sy..][..n]);
-        let (gw, ge) = (&g[0][s..][..n], &g[0][s + 1..][..n]);
-        let (gs, gn) = (&g[1][s..][..n], &g[1][s + sy..][..n]);
+        let middle = &x[s..][..n];
+        let west = &x[s - 1..][..n];
+        let east = &x[s + 1..][..n];
+        let south = &x[s - sy..][..n];
+        let north = &x[s + sy..][..n];
+        let gw = &g[0][s..][..n];
+        let ge = &g[0][s + 1..][..n];
+        let gs = &g[1][s..][..n];
+        let gn = &g[1][s + sy..][..n];
         if self.axes == 2 {
             for i in 0..n {
                 let c = middle[i];
@@ -126,8 +132,10 @@ impl Lattice {
                 out[i] = finish(i, c, flux);
             }
         } else {
-            let (below, above) = (&x[s - sz..][..n], &x[s + sz..][..n]);
-            let (gb, ga) = (&g[2][s..][..n], &g[2][s + sz..][..n]);
+            let below = &x[s - sz..][..n];
+            let above = &x[s + sz..][..n];
+            let gb = &g[2][s..][..n];
+            let ga = &g[2][s + sz..][..n];
             for i in 0..n {
                 let c = middle[i];
                 let flux = gw[i] * (west[i] - c)

@@ -87,7 +87,8 @@ impl Level {
                     inverse.fill(0.0);
                     for axis in 0..axes {
                         let g = &g[axis];
-                        let (low, high) = (&g[s..][..n[0]], &g[s + stride[axis]..][..n[0]]);
+                        let low = &g[s..][..n[0]];
+                        let high = &g[s + stride[axis]..][..n[0]];
                         for ((d, l), h) in inverse.iter_mut().zip(low).zip(high) {
                             *d += l + h;
                         }
@@ -102,10 +103,12 @@ impl Level {
 
     /// The faces of the next level.
     pub fn coarsen(&self, coarse: &mut Level) {
-        let (fine, wide) = (&self.lattice, coarse.lattice);
+        let fine = &self.lattice;
+        let wide = coarse.lattice;
         for axis in 0..fine.axes {
             let factor = self.factor;
-            let (from, to) = (&self.g[axis], &mut coarse.g[axis]);
+            let from = &self.g[axis];
+            let to = &mut coarse.g[axis];
             let extent = |a: usize| wide.n[a] + usize::from(a == axis);
             let n = extent(0);
             for (k, j) in (0..extent(2)).flat_map(|k| (0..extent(1)).map(move |j| (k, j))) {
@@ -139,7 +142,8 @@ impl Level {
 
     /// Where the next level has the cell at a place of this one.
     pub fn coarse_place(&self, coarse: &Level, place: usize) -> usize {
-        let (fine, wide) = (&self.lattice, &coarse.lattice);
+        let fine = &self.lattice;
+        let wide = &coarse.lattice;
         let at = |a: usize| fine.along(place, a) - 1;
         wide.first + (0..fine.axes).map(|a| at(a) / self.factor[a] * wide.stride[a]).sum::<usize>()
     }
@@ -152,9 +156,11 @@ impl Level {
         axis: usize,
         place: usize,
     ) -> Option<(usize, Single)> {
-        let (fine, wide) = (&self.lattice, &coarse.lattice);
+        let fine = &self.lattice;
+        let wide = &coarse.lattice;
         let at = |a: usize| fine.along(place, a) - 1;
-        let (along, factor) = (at(axis), self.factor[axis]);
+        let along = at(axis);
+        let factor = self.factor[axis];
         if along % factor != 0 && along != fine.n[axis] {
             return None;
         }

@@ -26,7 +26,8 @@ const SHIFT: f64 = 1e-13;
 impl Rows {
     /// The rows of this rank's cells, and the pattern of their entries.
     pub fn new<const D: usize>(layout: &Layout, grid: &Grid<D>) -> (Rows, Pattern) {
-        let (mut pattern, mut inner) = (Pattern::default(), Vec::new());
+        let mut pattern = Pattern::default();
+        let mut inner = Vec::new();
         let mut push = |row, column, face| {
             pattern.rows.push(row);
             pattern.columns.push(column);
@@ -52,7 +53,9 @@ impl Rows {
     pub fn fill(&mut self, operator: &mut Poisson) -> &[f64] {
         let definite = if operator.singular { 1.0 + SHIFT } else { 1.0 };
         operator.shift.resize(if operator.singular { self.inner.len() } else { 0 }, 0.0);
-        let (lattice, g, shift) = (operator.lattice, &operator.g, &mut operator.shift);
+        let lattice = operator.lattice;
+        let g = &operator.g;
+        let shift = &mut operator.shift;
         let mut at = 0;
         let cells = lattice.rows().flat_map(|s| s..s + lattice.n[0]);
         for (row, (c, inner)) in cells.zip(&self.inner).enumerate() {

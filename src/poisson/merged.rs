@@ -47,7 +47,8 @@ impl Merge {
     /// The ranks that merge the level `whole`, and what is made of it, where this one goes on.
     pub fn new(session: &Session, whole: &Whole) -> (Merge, Option<Whole>) {
         // The narrowest boxes are merged first, until there are enough cells for each rank.
-        let (mut by, parts) = ([1; 3], whole.parts());
+        let mut by = [1; 3];
+        let parts = whole.parts();
         let left =
             |by: &[usize; 3]| -> [usize; 3] { std::array::from_fn(|a| parts[a].div_ceil(by[a])) };
         while by == [1; 3] || whole.cells() < FEW * left(&by).iter().product::<usize>() {
@@ -108,7 +109,8 @@ impl Merge {
         for member in members.iter() {
             if member.rank == *root {
                 for axis in 0..axes {
-                    let (from, to) = (&level.g[axis], &mut whole.g[axis]);
+                    let from = &level.g[axis];
+                    let to = &mut whole.g[axis];
                     let n = wide(member, axis);
                     copy((from, &level.lattice), (to, &whole.lattice), member.first, n);
                 }

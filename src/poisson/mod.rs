@@ -177,7 +177,8 @@ impl Poisson {
             Some(made) => made,
             None => {
                 let tuning = Tuning::read(&self.session)?;
-                let (whole, resolving) = (self.whole.clone(), self.bodies.resolving());
+                let whole = self.whole.clone();
+                let resolving = self.bodies.resolving();
                 let made = Multigrid::new(&self.session, whole, self.singular, tuning, resolving);
                 Cached { made, valid: false }
             }
@@ -207,12 +208,14 @@ impl Poisson {
 
 impl Operator for Poisson {
     fn multiply(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        let (lattice, nx) = (self.lattice, self.lattice.n[0]);
+        let lattice = self.lattice;
+        let nx = self.lattice.n[0];
         for (s, x) in lattice.rows().zip(x.chunks_exact(nx)) {
             self.x[s..][..nx].copy_from_slice(x);
         }
         exchange(&mut self.halo, lattice.axes, &mut self.x)?;
-        let (g, field) = (&self.g, &self.x);
+        let g = &self.g;
+        let field = &self.x;
         simd(
             #[inline(always)]
             || {
@@ -265,11 +268,14 @@ impl Operator for Poisson {
             z.fill(0.0);
             return Ok(());
         }
-        let (nx, most) = (self.lattice.n[0], self.largest);
+        let nx = self.lattice.n[0];
+        let most = self.largest;
         let (multigrid, bodies) = self.multigrid()?;
-        let (down, up) = (1.0 / size[0], size[0] / most);
+        let down = 1.0 / size[0];
+        let up = size[0] / most;
         let finest = &mut multigrid.levels[0];
-        let (lattice, b) = (finest.lattice, &mut finest.b);
+        let lattice = finest.lattice;
+        let b = &mut finest.b;
         simd(
             #[inline(always)]
             || {

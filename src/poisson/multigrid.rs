@@ -181,7 +181,8 @@ impl Multigrid {
             whole = coarse;
         };
         let root = |k: usize| {
-            let (middle, half) = (0.5 * (2.0 + SMOOTH_FROM), 0.5 * (2.0 - SMOOTH_FROM));
+            let middle = 0.5 * (2.0 + SMOOTH_FROM);
+            let half = 0.5 * (2.0 - SMOOTH_FROM);
             middle + half * (PI * (k as f64 + 0.5) / tuning.smooth as f64).cos()
         };
         let omega: Vec<_> = (0..tuning.smooth).map(|k| (1.0 / root(k)) as Single).collect();
@@ -267,7 +268,8 @@ fn smooth(
     passes: &[Pass],
 ) -> Result<()> {
     let (level, coarse) = levels.split_at_mut(1);
-    let (level, mut coarse) = (&mut level[0], coarse.first_mut());
+    let level = &mut level[0];
+    let mut coarse = coarse.first_mut();
     let mut bodies = bodies.filter(|(l, bodies)| bodies.on(*l));
     if level.has_all() && bodies.is_none() {
         level.pass_together(passes, coarse);

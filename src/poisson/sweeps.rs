@@ -95,7 +95,9 @@ impl Level {
 
     fn fields<'a>(&'a mut self, coarse: Option<&'a mut Level>) -> Fields<'a> {
         let Level { lattice, g, inverse, x, b, next, row, factor, wraps, .. } = self;
-        let (lattice, factor, wraps) = (*lattice, *factor, *wraps);
+        let lattice = *lattice;
+        let factor = *factor;
+        let wraps = *wraps;
         Fields { lattice, g, inverse, b, x: [x, next], row, factor, wraps, coarse }
     }
 }
@@ -130,8 +132,10 @@ impl Fields<'_> {
 
     #[inline(always)]
     fn begin(&mut self, omega: Single, to: usize, (j, k): (usize, usize)) {
-        let (s, n) = (self.lattice.row(j, k), self.lattice.n[0]);
-        let (b, inverse) = (&self.b[s..][..n], &self.inverse[s..][..n]);
+        let s = self.lattice.row(j, k);
+        let n = self.lattice.n[0];
+        let b = &self.b[s..][..n];
+        let inverse = &self.inverse[s..][..n];
         for ((x, b), d) in self.x[to][s..][..n].iter_mut().zip(b).zip(inverse) {
             *x = omega * d * b;
         }
@@ -140,8 +144,10 @@ impl Fields<'_> {
     #[inline(always)]
     fn sweep(&mut self, omega: Single, from: usize, (j, k): (usize, usize)) {
         let Fields { lattice, g, inverse, b, x, .. } = self;
-        let (s, n) = (lattice.row(j, k), lattice.n[0]);
-        let (b, inverse) = (&b[s..][..n], &inverse[s..][..n]);
+        let s = lattice.row(j, k);
+        let n = lattice.n[0];
+        let b = &b[s..][..n];
+        let inverse = &inverse[s..][..n];
         let [first, second] = x;
         let (x, next) = if from == 0 { (first, second) } else { (second, first) };
         lattice.for_row(
@@ -159,7 +165,8 @@ impl Fields<'_> {
         let Fields { lattice, g, b, x, row, factor, coarse: Some(coarse), .. } = self else {
             return;
         };
-        let (s, n) = (lattice.row(j, k), lattice.n[0]);
+        let s = lattice.row(j, k);
+        let n = lattice.n[0];
         let b = &b[s..][..n];
         lattice.for_row(
             g,
@@ -180,7 +187,8 @@ impl Fields<'_> {
     #[inline(always)]
     fn prolong(&mut self, from: usize, (j, k): (usize, usize)) {
         let Fields { lattice, x, factor, coarse: Some(coarse), .. } = self else { return };
-        let (n, wide) = (lattice.n[0], coarse.lattice);
+        let n = lattice.n[0];
+        let wide = coarse.lattice;
         let x = &mut x[from][lattice.row(j, k)..][..n];
         let add = &coarse.x[wide.row(j / factor[1], k / factor[2])..][..wide.n[0]];
         if factor[0] == 1 {
@@ -199,8 +207,10 @@ impl Fields<'_> {
     #[inline(always)]
     fn wrap(&mut self, field: usize, layer: usize) {
         let Fields { lattice, x, wraps, .. } = self;
-        let (lattice, x) = (*lattice, &mut x[field]);
-        let (n, flat) = (lattice.n, lattice.axes == 2);
+        let lattice = *lattice;
+        let x = &mut x[field];
+        let n = lattice.n;
+        let flat = lattice.axes == 2;
         if wraps[0] {
             for row in 0..if flat { 1 } else { n[1] } {
                 let s = if flat { lattice.row(layer, 0) } else { lattice.row(row, layer) };
@@ -209,7 +219,8 @@ impl Fields<'_> {
         }
         if wraps[1] && !flat {
             let s = lattice.row(0, layer);
-            let (ny, stride) = (n[1], lattice.stride[1]);
+            let ny = n[1];
+            let stride = lattice.stride[1];
             x.copy_within(s + (ny - 1) * stride..s + (ny - 1) * stride + n[0], s - stride);
             x.copy_within(s..s + n[0], s + ny * stride);
         }

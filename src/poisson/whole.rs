@@ -127,7 +127,8 @@ impl Whole {
         };
         merged.neighbours = std::array::from_fn(|a| {
             [-1, 1].map(|side| {
-                let (n, to) = (merged.widths[a].len() as isize, merged.at[a] as isize + side);
+                let n = merged.widths[a].len() as isize;
+                let to = merged.at[a] as isize + side;
                 let to = if merged.periodic[a] { to.rem_euclid(n) } else { to };
                 let mut at = merged.at;
                 at[a] = (0..n).contains(&to).then_some(to as usize)?;

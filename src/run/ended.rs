@@ -46,7 +46,8 @@ impl<const D: usize> Ended<D> {
         let mut end = Restart::open(session, run, |_| refuse(cure.into()))?;
         let before = end.case().map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
         let mut scene = Scene::<D>::new(session, &before)?;
-        let (mut account, mut series) = (Account::default(), measure::series(&before));
+        let mut account = Account::default();
+        let mut series = measure::series(&before);
         let mut statistics = Statistics::of_case(&scene, &before);
         end.read_contents(
             session,
@@ -91,12 +92,14 @@ impl<const D: usize> Ended<D> {
     /// What became of that run's bodies, where not all of them come over by their numbers: in
     /// lines.
     fn bodies(&self) -> Vec<String> {
-        let (there, waiting) = (&self.state.bodies, self.state.waiting.len());
+        let there = &self.state.bodies;
+        let waiting = self.state.waiting.len();
         let gone = self.case.particle.len().saturating_sub(there.len() + waiting);
         let mut lines = Vec::new();
         if there.iter().enumerate().any(|(k, body)| body.id != k) {
             let there: Vec<usize> = there.iter().map(|body| body.id).collect();
-            let (count, listed) = (there.len(), spans(&there));
+            let count = there.len();
+            let listed = spans(&there);
             lines.push(format!(
                 "its particles {listed} come over and are 0 to {} here, in that order",
                 count - 1

@@ -34,7 +34,8 @@ const MUCH_LOST: f64 = 0.25;
 
 /// What free bodies could give in such a fall (J).
 pub(super) fn settling<const D: usize>(domain: &Domain<D>, bodies: &[Body]) -> f64 {
-    let (fluid, h) = (&domain.fluid, domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min));
+    let fluid = &domain.fluid;
+    let h = domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min);
     let free = bodies.iter().filter(|body| body.freedom().is_some());
     let submerged =
         free.map(|body| (body.mass() - fluid.density * body.volume()).abs()).sum::<f64>();

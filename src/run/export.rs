@@ -70,7 +70,8 @@ pub(super) struct Awaited {
 impl Awaited {
     /// Lets the scene keep the system, where the step of `dt` (s) that comes next is the one.
     pub fn see_step<const D: usize>(&mut self, scene: &mut Scene<D>, dt: f64) {
-        let (next, end) = (scene.state.steps + 1, scene.state.time + dt);
+        let next = scene.state.steps + 1;
+        let end = scene.state.time + dt;
         let comes = match self.wanted.moment {
             Moment::Step(step) => step == next,
             Moment::Time(time) => end >= time * (1.0 - 1e-9),
@@ -148,7 +149,8 @@ impl<const D: usize> Run<'_, D> {
                 return Err(Error::Interrupted("interrupted; nothing was written".into()));
             }
         }
-        let (steps, time) = (self.scene.state.steps, self.scene.state.time);
+        let steps = self.scene.state.steps;
+        let time = self.scene.state.time;
         Err(Error::Usage(format!(
             "the run ends with step {steps}, at t = {time} s: give an earlier step, or a later end \
             (--set time.end=...)"
@@ -180,7 +182,8 @@ impl<const D: usize> Run<'_, D> {
 
     /// What is to be said of a system of a step of `dt` (s) that has just ended, or failed.
     fn exported(&self, system: System, dt: f64) -> Result<Exported> {
-        let (domain, bodies) = (&self.scene.domain, &self.scene.state.bodies);
+        let domain = &self.scene.domain;
+        let bodies = &self.scene.state.bodies;
         let ratios = bodies.iter().map(|body| body.density / domain.fluid.density);
         let least = ratios.clone().fold(f64::INFINITY, f64::min);
         let axis = |a: usize| ["x", "y", "z"][a];

@@ -15,7 +15,8 @@ impl<const D: usize> Run<'_, D> {
         // Once each: what the fluid takes along may go out at the other side of the box at once.
         let mut returned = Vec::new();
         while let Some((k, axis)) = self.scene.leaving(dt, &returned) {
-            let (step, time) = (self.scene.state.steps, self.scene.state.time);
+            let step = self.scene.state.steps;
+            let time = self.scene.state.time;
             let body = &self.scene.state.bodies[k];
             let entrance = (self.case.output.removed == Removed::Return)
                 .then(|| self.entrance(body, axis))
@@ -49,7 +50,8 @@ impl<const D: usize> Run<'_, D> {
     pub(super) fn admit(&mut self) -> Result<bool> {
         let came = self.scene.admit(self.case)?;
         for body in &came {
-            let (step, time) = (self.scene.state.steps, self.scene.state.time);
+            let step = self.scene.state.steps;
+            let time = self.scene.state.time;
             self.on_lead(|folder, _, log| {
                 log.say(&format!("particle {} came in at t = {time:.6} s", body.id));
                 folder.write_passage(step, time, "entered", body)
@@ -61,7 +63,8 @@ impl<const D: usize> Run<'_, D> {
     /// Where a body comes in again that goes out along an axis (m); `None` where another one is in
     /// its way.
     fn entrance(&self, body: &Body, axis: usize) -> Option<Vector3<f64>> {
-        let (domain, s) = (&self.scene.domain, &self.scene.state);
+        let domain = &self.scene.domain;
+        let s = &self.scene.state;
         let mut centre = body.centre;
         let (far, extent) =
             (domain.grid.size[axis], body.shape().bounds(&body.orientation())[axis]);

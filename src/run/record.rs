@@ -27,7 +27,8 @@ impl<const D: usize> Run<'_, D> {
             kinetic_energy: self.scene.state.energy.kinetic(),
             wall: self.wall(),
         };
-        let (scene, log) = (&self.scene, &mut self.log);
+        let scene = &self.scene;
+        let log = &mut self.log;
         let written = self.folder.as_mut().map_or(Ok(()), |folder| {
             let s = &scene.state;
             folder.write_step(&row, s)?;
@@ -67,7 +68,8 @@ impl<const D: usize> Run<'_, D> {
             return Ok(());
         }
         self.account.last_rows = Some(self.scene.state.steps);
-        let (rule, fixed) = (self.case.coupling.force, self.case.output.fixed);
+        let rule = self.case.coupling.wall.force();
+        let fixed = self.case.output.fixed;
         self.on_lead(|folder, scene, _| {
             let s = &scene.state;
             let shown = |body: &Body| {
@@ -119,7 +121,8 @@ impl<const D: usize> Run<'_, D> {
         if let Some(statistics) = &mut self.statistics {
             statistics.take(&mut self.scene);
         }
-        let (folder, mut written) = (&mut self.folder, Ok(()));
+        let folder = &mut self.folder;
+        let mut written = Ok(());
         self.probes.record(&mut self.scene, |line| {
             if let (Some(folder), Ok(())) = (folder.as_mut(), &written) {
                 written = folder.write_probe(line);
@@ -142,7 +145,8 @@ impl<const D: usize> Run<'_, D> {
 
     /// Writes `run.json`: the program, the machine and the solver; `ended` is the time of day.
     pub(super) fn write_run(&mut self, ended: Option<&str>) -> Result<()> {
-        let (options, solver) = (self.session.options()?, self.scene.solver()?);
+        let options = self.session.options()?;
+        let solver = self.scene.solver()?;
         let needs = self.scene.needs();
         let needs = needs
             .iter()

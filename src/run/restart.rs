@@ -139,7 +139,8 @@ impl<const D: usize> Run<'_, D> {
             case: self.case.to_toml(),
             ranks: self.session.size() as u64,
         };
-        let (mut cpu, clock) = ([cpu_seconds()], self.scene.domain.clock.clone());
+        let mut cpu = [cpu_seconds()];
+        let clock = self.scene.domain.clock.clone();
         self.session.sum(&mut cpu)?;
         let mut account = Account {
             wall: self.wall(),
@@ -211,7 +212,8 @@ impl Restart {
         let mut step = [found.as_ref().map_or(-1.0, |(step, _)| *step as f64)];
         session.max(&mut step)?;
         let step = step[0] as u64;
-        let (path, mut header) = (checkpoint::path(run, step), Header::default());
+        let path = checkpoint::path(run, step);
+        let mut header = Header::default();
         let read = checkpoint::open(run, step).and_then(|mut rest| {
             header
                 .serialize(&mut Archive::read(session, &mut rest))
@@ -254,7 +256,8 @@ impl Restart {
         case: &Case,
         scene: &mut Scene<D>,
     ) -> Result<Marks> {
-        let (mut marks, mut archive) = (Marks::default(), Archive::read(session, &mut self.rest));
+        let mut marks = Marks::default();
+        let mut archive = Archive::read(session, &mut self.rest);
         let whole = serialize(&mut archive, account, series, &mut marks, statistics, case, scene);
         session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
         Ok(marks)
@@ -333,7 +336,8 @@ impl Restart {
     /// # Errors
     /// With the key and what was reached.
     fn refuse_passed_limits(&self, loaded: &Loaded, account: &Account, time: f64) -> Result<()> {
-        let (case, reached) = (&loaded.case, account.divergence_max);
+        let case = &loaded.case;
+        let reached = account.divergence_max;
         if reached >= case.pressure.divergence_limit {
             return Err(loaded.error_at(
                 "pressure.divergence_limit",

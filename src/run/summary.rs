@@ -106,7 +106,8 @@ impl<const D: usize> Run<'_, D> {
 
     /// Doubts about the budget of energy.
     fn energy_notes(&self, status: &str) -> Vec<String> {
-        let (domain, state) = (&self.scene.domain, &self.scene.state);
+        let domain = &self.scene.domain;
+        let state = &self.scene.state;
         let made = energy_bound::doubt(state, energy_bound::settling(domain, &state.bodies));
         let notes = [
             made.filter(|_| status == "done"),
@@ -221,7 +222,8 @@ impl<const D: usize> Run<'_, D> {
             let value = format!("{name} = {} {}", measured(value), series.unit(D));
             let beside = series.comparison().map(|comparison| format!(", {comparison}"));
             let remark = series.remark().map(|remark| format!("; {}", remark.words));
-            let (beside, remark) = (beside.unwrap_or_default(), remark.unwrap_or_default());
+            let beside = beside.unwrap_or_default();
+            let remark = remark.unwrap_or_default();
             format!("{}{beside}{remark}", value.trim_end())
         };
         let lines: Vec<String> = self.series.iter().map(line).collect();

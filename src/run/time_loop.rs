@@ -120,7 +120,8 @@ impl<const D: usize> Run<'_, D> {
             awaited.see_step(&mut self.scene, dt);
         }
         self.scene.domain.clock.lap(Stage::Logs);
-        let (step, end) = (self.scene.state.steps + 1, self.scene.state.time + dt);
+        let step = self.scene.state.steps + 1;
+        let end = self.scene.state.time + dt;
         self.scene.domain.projection.record(pending.history.due(step, end));
         let stepped = self.scene.step(dt);
         if stepped.is_err() {
@@ -134,14 +135,16 @@ impl<const D: usize> Run<'_, D> {
             pending.solved = true;
             self.name_unused_options()?;
         }
-        let (domain, state) = (&self.scene.domain, &self.scene.state);
+        let domain = &self.scene.domain;
+        let state = &self.scene.state;
         energy_bound::refuse_made(state, energy_bound::settling(domain, &state.bodies))?;
         Ok(StepOutcome { dt, projected, cfl: dt * limits.courant_rate })
     }
 
     /// Writes what is due after a step, and returns what ranks wish for.
     fn write_due(&mut self, outcome: StepOutcome, pending: &mut Pending) -> Result<Wishes> {
-        let (step, time) = (self.scene.state.steps, self.scene.state.time);
+        let step = self.scene.state.steps;
+        let time = self.scene.state.time;
         let shown = (outcome.dt, outcome.projected.divergence_max);
         let wishes = self.write_row(outcome)?;
         if pending.particles.due(step, time) {

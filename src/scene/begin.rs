@@ -79,12 +79,15 @@ impl<const D: usize> Scene<D> {
     /// The velocity of this rank's cells between the nearest cells of another grid.
     fn interpolate(&mut self, velocity: &vti::Rows) -> Result<()> {
         let grid = &self.domain.grid;
-        let (cells, h) = (velocity.head.cells, velocity.head.h);
+        let cells = velocity.head.cells;
+        let h = velocity.head.h;
         // Along an axis, the two cells beside a place and the share of the upper one; across a
         // period the first follows the last.
         let between = |a: usize, place: f64| {
-            let (n, at) = (cells[a] as i64, place / h[a] - 0.5);
-            let (low, share) = (at.floor() as i64, at - at.floor());
+            let n = cells[a] as i64;
+            let at = place / h[a] - 0.5;
+            let low = at.floor() as i64;
+            let share = at - at.floor();
             let periodic = grid.periodic[a];
             let cell = |i: i64| if periodic { i.rem_euclid(n) } else { i.clamp(0, n - 1) } as usize;
             [(cell(low), 1.0 - share), (cell(low + 1), share)]
@@ -96,7 +99,8 @@ impl<const D: usize> Scene<D> {
         for row in grid.rows() {
             self.state.u.iter_mut().for_each(|u| u[row.clone()].fill(0.0));
             let place = grid.centre(row.start);
-            let (along_y, along_z) = (across(1, &place), across(2, &place));
+            let along_y = across(1, &place);
+            let along_z = across(2, &place);
             let beside = along_z
                 .iter()
                 .flat_map(|(k, wz)| along_y.iter().map(move |(j, wy)| (j + cells[1] * k, wy * wz)));

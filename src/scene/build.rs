@@ -4,11 +4,11 @@ use crate::config::{self, Case, Side};
 use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps, Wall, WallSide};
 use crate::domain::Domain;
 use crate::drive::Drive;
-use crate::geometry::{Disc, Shape, Solid, Sphere, fraction};
+use crate::geometry::{Disc, Shape, Solid, Sphere};
 use crate::grid::{Coefficient, Grid};
 use crate::method::Method;
 use crate::method::flow::Flow;
-use crate::method::mics2003::{Choices, Driver, Mics2003};
+use crate::method::mics2003::Mics2003;
 use crate::method::momentum::{Advection, Mixture, Momentum};
 use crate::method::sharp::{Sharp, ghost_width};
 use crate::numerics::PRESSURE_WEIGHT;
@@ -67,7 +67,8 @@ fn motion(given: &config::Motion, place: &[f64]) -> (Vector3<f64>, Vector3<f64>,
 
 /// The obstacle of this number of a case, of the fluid's density.
 pub(super) fn obstacle(case: &Case, number: usize) -> Body {
-    let (o, fluid) = (&case.obstacle[number], &case.fluid);
+    let o = &case.obstacle[number];
+    let fluid = &case.fluid;
     let place = o.wall.centre();
     let shape = Arc::new(Solid(o.wall.geometry().clone()));
     let mut body = Body::new(shape, fluid.density, fluid.viscosity, vector(place));
@@ -146,7 +147,8 @@ pub(super) fn method<const D: usize>(
     bodies: &[Body],
     impact: Impact,
 ) -> Box<dyn Method<D>> {
-    let (grid, mixture) = (&domain.grid, mixture(&domain.grid, case, bodies));
+    let grid = &domain.grid;
+    let mixture = mixture(&domain.grid, case, bodies);
     let advection = match case.time.advection {
         config::Advection::Upwind5 => Advection::Upwind5,
         config::Advection::Qsi => {
@@ -154,14 +156,13 @@ pub(super) fn method<const D: usize>(
         }
     };
     let momentum = Momentum::new(grid, scheme(case), advection, &mixture);
-    let choices = choices(case);
     // Where all bodies have left, walls are as sharp as before.
     let mixing = case.coupling.wall == config::WallRule::Mixing;
     if bodies.is_empty()
         && (case.particle.is_empty() || (mixing && case.particle.iter().all(|p| p.enter.is_none())))
     {
-        let mut flow = Flow::new(domain, mixture, None, momentum, choices.cell_gradient);
-        flow.own = (!choices.cell_gradient).then_some(PRESSURE_WEIGHT);
+        let mut flow = Flow::new(domain, mixture, momentum, mixing);
+        flow.own = (!mixing).then_some(PRESSURE_WEIGHT);
         return Box::new(flow);
     }
     let free = bodies.iter().any(|b| b.freedom().is_some())
@@ -169,39 +170,16 @@ pub(super) fn method<const D: usize>(
     let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies, impact));
     match case.coupling.wall {
         config::WallRule::Sharp => Box::new(Sharp::new(domain, bodies, mixture, momentum, law)),
-        config::WallRule::Mixing => {
-            Box::new(Mics2003::new(domain, bodies, mixture, momentum, law, choices))
-        }
-    }
-}
-
-fn choices(case: &Case) -> Choices {
-    let g = Vector3::from(axes::<f64, 3>(&case.fluid.gravity));
-    let gravity = |buoyancy| if case.coupling.buoyancy == buoyancy { g } else { Vector3::zeros() };
-    Choices {
-        fraction: match case.coupling.fraction {
-            config::FractionRule::Exact => fraction::Rule::Exact,
-            config::FractionRule::Polygon => fraction::Rule::Polygon,
-        },
-        driver: if case.coupling.force == config::ForceRule::Literal {
-            Driver::Literal
-        } else {
-            Driver::Momentum
-        },
-        rotation_at_boundary: case.coupling.rotation == config::RotationRule::Boundary,
-        mix_pressure: case.coupling.mix_pressure,
-        cell_gradient: case.coupling.gradient == config::GradientRule::Cells,
-        field_gravity: gravity(config::Buoyancy::Faces),
-        own_gravity: gravity(config::Buoyancy::Particle),
+        config::WallRule::Mixing => Box::new(Mics2003::new(domain, bodies, mixture, momentum, law)),
     }
 }
 
 /// Refuses bodies that the case, or the method, cannot have.
 pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Result<()> {
     let sharp = case.coupling.wall == config::WallRule::Sharp;
-    let polygon = !sharp && case.coupling.fraction == config::FractionRule::Polygon;
     for body in bodies {
-        let (dimension, round) = (body.shape().dimension(), body.shape().is_round());
+        let dimension = body.shape().dimension();
+        let round = body.shape().is_round();
         let outside = (0..D).find(|a| !(0.0..=case.domain.size[*a]).contains(&body.centre[*a]));
         let why = if dimension != D {
             format!("its shape has {dimension} dimensions, and the case {D}")
@@ -212,8 +190,6 @@ pub(super) fn refuse_shapes<const D: usize>(case: &Case, bodies: &[Body]) -> Res
         {
             "its shape has no convex parts that contacts could see: take [contact] out of the case"
                 .into()
-        } else if polygon && !round {
-            "coupling.fraction = \"polygon\" is for discs: choose \"exact\"".into()
         } else {
             continue;
         };
@@ -239,7 +215,8 @@ pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
     let spacings =
         case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);
     let spacing = spacings.fold(f64::INFINITY, f64::min);
-    let (density, viscosity) = (case.fluid.density, case.fluid.viscosity);
+    let density = case.fluid.density;
+    let viscosity = case.fluid.viscosity;
     let fluid = Medium { density, viscosity, spacing, roughness: 0.0 };
     Impact::expected(bodies, size, &gravity, &fluid, case.fluid_speed())
 }
@@ -266,7 +243,8 @@ fn material(law: &config::Contact, between: [&str; 2], impact: &Impact) -> Mater
 
 /// A side of the box that bodies touch, of the material `slippery` where the fluid slips along it.
 fn wall(case: &Case, face: usize, side: &Side, slippery: usize) -> Option<Wall> {
-    let (axis, high) = (face / 2, face % 2 == 1);
+    let axis = face / 2;
+    let high = face % 2 == 1;
     let (side, velocity) = match side {
         Side::Wall => (WallSide::Closed, Vector3::zeros()),
         Side::MovingWall(v) => (WallSide::Closed, Vector3::from(axes::<f64, 3>(v))),

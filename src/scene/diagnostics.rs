@@ -76,11 +76,14 @@ impl<const D: usize> Scene<D> {
     /// Over this rank's cells, the sum of density times squared velocity and the largest squared
     /// velocity.
     fn squares(&self) -> (f64, f64) {
-        let (grid, u, mixture) = (&self.domain.grid, &self.state.u, self.method.mixture());
+        let grid = &self.domain.grid;
+        let u = &self.state.u;
+        let mixture = self.method.mixture();
         simd(
             #[inline(always)]
             || {
-                let (mut sum, mut most) = (0.0, 0.0f64);
+                let mut sum = 0.0;
+                let mut most = 0.0f64;
                 for row in grid.rows() {
                     let u: [&[f64]; D] = std::array::from_fn(|a| &u[a][row.clone()]);
                     let square = |i: usize| u.iter().map(|u| u[i] * u[i]).sum::<f64>();
@@ -158,7 +161,9 @@ impl<const D: usize> Scene<D> {
                 std::array::from_fn(|a| head[2 * a + 1] as usize),
             );
             for (k, row) in values.chunks_exact(local[0]).enumerate() {
-                let (mut rest, mut at, mut stride) = (k, start[0], grid.cells[0]);
+                let mut rest = k;
+                let mut at = start[0];
+                let mut stride = grid.cells[0];
                 for a in 1..D {
                     at += (start[a] + rest % local[a]) * stride;
                     rest /= local[a];

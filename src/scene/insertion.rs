@@ -8,7 +8,7 @@ use crate::grid::BoundaryKind;
 use crate::method::energy;
 use crate::particles::{Body, Motion, nearest_image};
 use crate::sharing::Sharing;
-use crate::state::{BodyHistory, Exchange, Support};
+use crate::state::{BodyHistory, Exchange};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +22,8 @@ impl<const D: usize> Scene<D> {
     /// step as long as `dt` (s), and the axis; none of those whose numbers are in `but`. No body
     /// reaches through one: the part of it outside would be missing in what the fluid does to it.
     pub fn leaving(&self, dt: f64, but: &[usize]) -> Option<(usize, usize)> {
-        let (grid, kinds) = (&self.domain.grid, &self.domain.boundaries.kinds);
+        let grid = &self.domain.grid;
+        let kinds = &self.domain.boundaries.kinds;
         let open =
             |axis: usize, side: usize| matches!(kinds[axis][side], Some(BoundaryKind::Outflow));
         let leaves = |body: &Body, axis: usize| {
@@ -57,9 +58,6 @@ impl<const D: usize> Scene<D> {
         s.exchange.remove(k);
         if let Some(walls) = &mut s.surfaces {
             walls.bodies.remove(k);
-        }
-        if let Some(supports) = &mut s.supports {
-            supports.remove(k);
         }
         s.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
         for (first, second, _) in &mut s.touching.springs {
@@ -127,9 +125,6 @@ impl<const D: usize> Scene<D> {
             if let Some(walls) = &mut s.surfaces {
                 walls.bodies.insert(k, BodyHistory::default());
             }
-            if let Some(supports) = &mut s.supports {
-                supports.insert(k, Support::new(false));
-            }
             for (first, second, _) in &mut s.touching.springs {
                 *first += usize::from(*first >= k);
                 *second += usize::from(*second >= k);
@@ -147,7 +142,8 @@ impl<const D: usize> Scene<D> {
 
     /// A place (m) at which a body of this radius (m) comes in, if there is one.
     fn free_place(&self, id: usize, radius: f64, enter: &Enter) -> Option<Vector3<f64>> {
-        let (periods, size) = (self.domain.periods(), &self.domain.grid.size);
+        let periods = self.domain.periods();
+        let size = &self.domain.grid.size;
         let mut random = ChaCha8Rng::seed_from_u64(enter.seed ^ self.state.steps << 20);
         random.set_stream(id as u64);
         let tries = if enter.region.is_some() { TRIES } else { 1 };
@@ -169,7 +165,8 @@ impl<const D: usize> Scene<D> {
     /// The mean velocity (m/s) of the cells whose centres a body covers, or of the one that it is
     /// in. Collective.
     fn mean_velocity(&self, body: &Body) -> Result<Vector3<f64>> {
-        let (grid, turn) = (&self.domain.grid, body.orientation());
+        let grid = &self.domain.grid;
+        let turn = body.orientation();
         let mut sums = [0.0; 4];
         for image in images(grid, body.shape(), &body.centre) {
             for at in Block::owned(grid, &image, &body.shape().bounds(&turn)) {
@@ -236,9 +233,6 @@ impl<const D: usize> Scene<D> {
         s.exchange.resize(ids.len(), Exchange::default());
         if let Some(walls) = &mut s.surfaces {
             walls.bodies.resize(ids.len(), BodyHistory::default());
-        }
-        if let Some(supports) = &mut s.supports {
-            supports.resize(ids.len(), Support::new(false));
         }
         self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
         Ok(())

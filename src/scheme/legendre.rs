@@ -105,7 +105,8 @@ mod tests {
 
     /// The end of a step of `y' = z y` from 1.
     fn grown(legendre: &Legendre, z: f64) -> f64 {
-        let (mut last, mut before) = (1.0, 1.0);
+        let mut last = 1.0;
+        let mut before = 1.0;
         for stage in &legendre.stages {
             let next = stage.start
                 + stage.last * last
@@ -125,7 +126,9 @@ mod tests {
             assert!((order - 3.0).abs() < 0.02, "{s}: {order}");
             assert!((legendre.stages[s - 1].time - 1.0).abs() < 1e-13);
             // The stages' own values, weighted.
-            let (mut last, mut before, z) = (1.0, 1.0, -0.3);
+            let mut last = 1.0;
+            let mut before = 1.0;
+            let z = -0.3;
             let mut sum = 1.0 + z * legendre.weight;
             for stage in &legendre.stages {
                 let next = stage.start
@@ -142,7 +145,8 @@ mod tests {
     #[test]
     fn legendre_stability_limit() {
         for s in 3..=20 {
-            let (legendre, end) = (Legendre::new(s), 2.0 * limit(s));
+            let legendre = Legendre::new(s);
+            let end = 2.0 * limit(s);
             let worst = (0..=1000)
                 .map(|k| grown(&legendre, -end * f64::from(k) / 1000.0).abs())
                 .fold(0.0, f64::max);
@@ -157,7 +161,8 @@ mod tests {
     fn legendre_stage_increment_weights() {
         let legendre = Legendre::new(5);
         for (k, stage) in legendre.stages.iter().enumerate() {
-            let (mut last, mut before) = (0.0, 0.0);
+            let mut last = 0.0;
+            let mut before = 0.0;
             for (j, one) in legendre.stages.iter().enumerate() {
                 let next = one.last * last + one.before * before + f64::from(j == k);
                 (before, last) = (last, next);

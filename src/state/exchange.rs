@@ -24,15 +24,9 @@ pub struct Exchange {
     pub literal_torque: Vector3<f64>,
     /// Mean force of contacts over the step.
     pub contact: Vector3<f64>,
-    /// `sum alpha (rho_k - rho_f) dV` times the convective rate: what fields carry of the
-    /// particle's excess mass.
-    pub(crate) excess_momentum: Vector3<f64>,
-    pub(crate) excess_torque: Vector3<f64>,
     /// What accelerates the mass of a held body as prescribed, `m dV/dt`: the mixture takes it up,
     /// and nobody around it.
     pub(crate) driven: Vector3<f64>,
-    /// Angular momentum that the mixing gave the cells (N m s).
-    pub(crate) spun: Vector3<f64>,
 }
 
 impl Exchange {
@@ -48,7 +42,7 @@ impl Exchange {
     }
 
     /// All that ranks sum.
-    fn vectors(&mut self) -> [&mut Vector3<f64>; 10] {
+    fn vectors(&mut self) -> [&mut Vector3<f64>; 7] {
         [
             &mut self.momentum,
             &mut self.momentum_torque,
@@ -56,10 +50,7 @@ impl Exchange {
             &mut self.pressure,
             &mut self.viscous,
             &mut self.literal_torque,
-            &mut self.excess_momentum,
-            &mut self.excess_torque,
             &mut self.driven,
-            &mut self.spun,
         ]
     }
 }

@@ -15,7 +15,8 @@ impl MeanContactForce {
     /// show.
     pub fn sustained(&self, force: &Vector3<f64>) -> f64 {
         let mean = mean_force(&self.0.unwrap_or_default(), force);
-        let (mean, size) = (mean.norm(), force.norm());
+        let mean = mean.norm();
+        let size = force.norm();
         if size > SUSTAINED_FORCE * mean { SUSTAINED_FORCE * mean / size } else { 1.0 }
     }
 
@@ -36,36 +37,5 @@ fn mean_force(mean: &Vector3<f64>, force: &Vector3<f64>) -> Vector3<f64> {
 impl Checkpointed for MeanContactForce {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         self.0.serialize(archive)
-    }
-}
-
-/// What contacts are expected to give a body in the next step as well.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Support {
-    /// What they have given.
-    pub mean_contact_force: MeanContactForce,
-    /// Force (N) and torque about the centre (N m).
-    pub force: Vector3<f64>,
-    #[allow(missing_docs)]
-    pub torque: Vector3<f64>,
-}
-
-impl Support {
-    /// Of a body that has not been pressed yet, and that `lies` on something or does not.
-    pub fn new(lies: bool) -> Support {
-        let none = Vector3::zeros();
-        Support {
-            mean_contact_force: MeanContactForce((!lies).then_some(none)),
-            force: none,
-            torque: none,
-        }
-    }
-}
-
-impl Checkpointed for Support {
-    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Support { mean_contact_force, force, torque } = self;
-        mean_contact_force.serialize(archive)?;
-        archive.serialize([force, torque])
     }
 }

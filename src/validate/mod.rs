@@ -145,7 +145,8 @@ fn conclude(found: &Found, page: Option<&Page>) -> Result<String> {
             Ok(format!("{counts}; all are as {} has them", page.file.display()))
         }
         (Some(page), _) => {
-            let (count, list) = (moved.len(), moved.join("\n  "));
+            let count = moved.len();
+            let list = moved.join("\n  ");
             Err(Error::Short(format!(
                 "{counts}; {count} are not as {} has them:\n  {list}",
                 page.file.display()
@@ -188,7 +189,8 @@ fn measure(
 ) -> Result<Summary> {
     let stem: String =
         row.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
-    let (case, folder) = (out.join(format!("{stem}.toml")), out.join(&stem));
+    let case = out.join(format!("{stem}.toml"));
+    let folder = out.join(&stem);
     let lead = session.rank() == 0;
     session.agree(if lead {
         fs::write(&case, row.text).map_err(Error::io(&case))
@@ -224,7 +226,8 @@ fn columns(cells: [&str; 8]) -> String {
 fn line(case: &str, name: &str, c: &Comparison, run: &Summary) -> String {
     let value = c.value.map_or("none".into(), measured);
     let error = c.difference().unwrap_or_default();
-    let (reference, tolerance) = (c.reference.to_string(), percent(c.tolerance));
+    let reference = c.reference.to_string();
+    let tolerance = percent(c.tolerance);
     columns([
         case,
         name,
@@ -261,7 +264,8 @@ mod tests {
             let names: Vec<String> = names.iter().map(|name| name.to_string()).collect();
             chosen(&names, full).map(|rows| rows.len())
         };
-        let (quick, all) = (count(&[], false).unwrap(), count(&[], true).unwrap());
+        let quick = count(&[], false).unwrap();
+        let all = count(&[], true).unwrap();
         assert!(0 < quick && quick < all && count(&["settling-disc", "cyl"], false).unwrap() > 3);
         assert!(count(&["settling-disc"], true).unwrap() == 3);
         assert!(matches!(
@@ -273,7 +277,8 @@ mod tests {
     #[test]
     fn validate_rows_are_valid_cases_with_sources() {
         let folder = tempfile::tempdir().unwrap();
-        let (case, rows) = (folder.path().join("case.toml"), shipped());
+        let case = folder.path().join("case.toml");
+        let rows = shipped();
         assert!(rows.iter().any(|row| row.quick) && rows.iter().any(|row| !row.quick));
         for row in rows {
             fs::write(&case, row.text).unwrap();

@@ -38,7 +38,8 @@ pub(super) fn head(full: bool, names: &[String], commit: &str) -> String {
 /// A row of its table.
 pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> String {
     let value = c.value.map_or("none".into(), significant);
-    let (error, verdict) = (c.difference().unwrap_or_default(), c.verdict());
+    let error = c.difference().unwrap_or_default();
+    let verdict = c.verdict();
     let verdict = if c.pass { verdict.to_owned() } else { format!("**{verdict}**") };
     let (reference, tolerance, steps, seconds) =
         (c.reference, percent(c.tolerance), run.steps, run.wall_seconds);
@@ -162,8 +163,10 @@ mod tests {
 
     #[test]
     fn accuracy_page_names_value_moved_by_tenth_of_tolerance() {
-        let (folder, two) = (tempfile::tempdir().unwrap(), Reference::Value(2.0));
-        let (band, none) = (Reference::Band([0.0, 2.0]), comparison(None, two, 0.1));
+        let folder = tempfile::tempdir().unwrap();
+        let two = Reference::Value(2.0);
+        let band = Reference::Band([0.0, 2.0]);
+        let none = comparison(None, two, 0.1);
         let of = |value: f64| comparison(Some(value), two, 0.1);
         let values = [
             ("drag", of(2.1)),

@@ -108,7 +108,7 @@ fn time_step_allocates_nothing() {
             ("motion = \"fixed\"", "wall = \"sharp\""),
             (moving, "wall = \"sharp\""),
             (swinging, "wall = \"sharp\""),
-            (moving, "wall = \"mixing\"\nfraction = \"polygon\""),
+            (moving, "wall = \"mixing\""),
             (swinging, "wall = \"mixing\""),
         ] {
             let more = format!(

@@ -179,7 +179,13 @@ fn too_many_ranks_and_bad_cases_are_refused_with_one_message() {
         row(
             9,
             &["--set", "domain.cells=[8,8]", "--set", "particle=[]", "--set", "measure=[]"],
-            &["9 ranks", "fewer ranks"],
+            &["9 ranks are too many", "fewer ranks"],
+        ),
+        // Three leave some of them with enough cells and some without.
+        row(
+            3,
+            &["--set", "domain.cells=[8,8]", "--set", "particle=[]", "--set", "measure=[]"],
+            &["3 ranks are too many", "fewer ranks"],
         ),
     ]);
 }
@@ -205,22 +211,4 @@ fn bad_petsc_options_are_refused_for_scene_at_rest() {
         row(1, &["-pc_boxmg_cycle", "f"], &["-pc_boxmg_cycle", "\"f\"", "neither v nor w"]),
         row(1, &["-ksp_type", "preonly", "-pc_type", "lu"], &["preonly", "use cg, bcgs or gmres"]),
     ]);
-}
-
-#[test]
-fn bad_case_in_run_folder_is_refused_by_every_command() {
-    let case = shipped("cases/cylinder-wake/case.toml");
-    let case = case.to_str().unwrap();
-    // Away from what earlier runs have left.
-    let folder = tempfile::tempdir().unwrap();
-    expect_none(["run", "check"].map(|name| {
-        let words = [name, case, "--set", "time.end=-1"];
-        let output = command(env!("CARGO_BIN_EXE_mics"))
-            .current_dir(folder.path())
-            .args(words)
-            .output()
-            .unwrap();
-        let says = ["cylinder-wake/case.toml", "time.end", "must be positive", "(given by --set)"];
-        (name.to_owned(), shortcomings(&output, &folder.path().join("runs"), &says))
-    }));
 }

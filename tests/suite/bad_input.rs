@@ -235,23 +235,6 @@ fn case_file_that_is_not_utf8_is_refused() {
 }
 
 #[test]
-fn run_folder_is_refused_without_force() {
-    let folder = tempfile::tempdir().expect("a scratch folder");
-    let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));
-    fs::write(&case, GOOD).expect("the scratch folder takes a file");
-    fs::create_dir(&out).expect("the scratch folder takes a folder");
-    fs::write(out.join("run.json"), "{}").expect("the folder takes a file");
-    let wrong = shortcomings(&mics(&case, &out, &[]), Path::new(""), &["exists", "--force"]);
-    let left: Vec<_> = fs::read_dir(&out)
-        .expect("the folder is still there")
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    assert_eq!(left, [out.join("run.json")]);
-    assert_eq!(fs::read_to_string(&left[0]).expect("it is text"), "{}");
-    expect_none([("a folder with a run".into(), wrong)]);
-}
-
-#[test]
 fn force_replaces_only_a_run_folder() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let (case, out) = (folder.path().join("small.toml"), folder.path().join("out"));

@@ -5,6 +5,10 @@
 /// must begin with (empty: no line is named), the key named, and what else the message must say.
 pub type Row = (&'static str, &'static str, &'static str, &'static str, &'static [&'static str]);
 
+/// What the choices that the paper's method had are told.
+const AS_PRINTED: &[&str] =
+    &["wall = \"mixing\" is the paper's method as printed", "no choices", "leave this key out"];
+
 #[rustfmt::skip]
 pub const BAD_KEYS: &[Row] = &[
     // Measures of the box.
@@ -98,6 +102,31 @@ pub const BAD_KEYS: &[Row] = &[
     ("[pressure]", "[presure]", "[presure]", "presure", &["did you mean `pressure`?"]),
     ("diameter = 0.2", "diametr = 0.2", "shape", "particle.0.shape.disc.diametr", &["did you mean \
         `diameter`?"]),
+    // Keys of earlier versions.
+    (
+        "[time]", "[coupling]\nfraction = \"exact\"\n[time]", "fraction",
+        "coupling.fraction", AS_PRINTED,
+    ),
+    (
+        "[time]", "[coupling]\nforce = \"momentum\"\n[time]", "force",
+        "coupling.force", AS_PRINTED,
+    ),
+    (
+        "[time]", "[coupling]\nrotation = \"all\"\n[time]", "rotation",
+        "coupling.rotation", AS_PRINTED,
+    ),
+    (
+        "[time]", "[coupling]\nmix_pressure = true\n[time]", "mix_pressure",
+        "coupling.mix_pressure", AS_PRINTED,
+    ),
+    (
+        "[time]", "[coupling]\nbuoyancy = \"faces\"\n[time]", "buoyancy",
+        "coupling.buoyancy", AS_PRINTED,
+    ),
+    (
+        "[time]", "[coupling]\ngradient = \"cells\"\n[time]", "gradient",
+        "coupling.gradient", AS_PRINTED,
+    ),
     ("cfl = 0.4", "upwinding = 0.5", "upwinding", "time.upwinding", &["leave it out"]),
     (
         "cfl = 0.4", "advection = \"upwind5-advective\"", "advection", "time.advection",

@@ -152,30 +152,3 @@ fn divergence_below_d0_for_loose_and_tight_limits() {
         }
     }
 }
-
-#[test]
-fn mics_2003_choices_polygon_euler_and_qsi_run() {
-    let dir = tempfile::tempdir().unwrap();
-    let summary = section3(
-        dir.path(),
-        100.0,
-        "mixing",
-        &[
-            "--set",
-            "preset=\"mics-2003\"",
-            "--set",
-            "time.step=0.008",
-            "--set",
-            "time.end=2.0",
-            "--set",
-            "measure=[]",
-        ],
-    );
-    assert_eq!(summary["status"], "done");
-    let rows = columns(&dir.path().join("particles.csv"));
-    let last = |name: &str| *rows[name].last().unwrap();
-    assert!(
-        (last("fluid_fx") - last("pressure_fx") - last("viscous_fx") - last("convective_fx")).abs()
-            < 1e-9 * last("fluid_fx")
-    );
-}

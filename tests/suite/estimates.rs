@@ -205,41 +205,6 @@ fn check_and_run_agree_on_bad_contact_stiffness() {
     assert_eq!(both(asked)[1].0, Some(0), "{asked}");
 }
 
-#[test]
-fn spurious_energy_gain_exits_with_nonzero_status() {
-    let dir = tempfile::tempdir().unwrap();
-    // The tangential dashpot as it is printed feeds energy, the more so with much friction.
-    let disc = |x: f64, y: f64| {
-        format!(
-            "{{ shape = {{ disc = {{ diameter = 0.25 }} }}, density = 2650.0, position = [{x}, \
-                {y}] }}"
-        )
-    };
-    let heap = (0..6).map(|k| {
-        (0.3 + 0.27 * f64::from(k / 2) + 0.02 * f64::from(k % 2), 0.13 + 0.253 * f64::from(k % 2))
-    });
-    let heap: Vec<String> = heap.map(|(x, y)| disc(x, y)).collect();
-    let springs =
-        "contact = { normal_stiffness = 1e7, friction = 5.0, tangential_damping = \"printed\" }";
-    let file = fall(dir.path(), springs);
-    let text = std::fs::read_to_string(&file).unwrap();
-    let lines = text.lines().map(|l| {
-        if l.starts_with("particle") {
-            format!("particle = [{}]", heap.join(", "))
-        } else {
-            l.into()
-        }
-    });
-    std::fs::write(&file, lines.collect::<Vec<_>>().join("\n")).unwrap();
-    let out = dir.path().join("out");
-    let (code, said) =
-        says(&["run", file.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()]);
-    assert_eq!(code, Some(3), "{said}");
-    assert!(said.contains("gained, mostly by friction"), "{said}");
-    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
-    assert!(summary.contains("\"failed\""), "{summary}");
-}
-
 /// The substeps that `mics check` finds before the stone touches the floor are those of a run in
 /// which it lies there; it says nothing of a body that nothing can touch.
 #[test]

@@ -113,8 +113,11 @@ fn overflowing_flow_exits_with_3_and_names_place() {
     assert!(text(&output.stderr).contains("not a finite number"), "{}", text(&output.stderr));
 }
 
+/// A law of contacts does not move what moves as told.
 #[test]
 fn colliding_or_leaving_prescribed_bodies_stop_run() {
+    const LAW: &str = "[[particle]]\nshape = { disc = { diameter = 0.2 } }\n\
+        position = [1.6, 0.2]\n[contact]\nnormal_stiffness = 100.0\n";
     let dir = tempfile::tempdir().unwrap();
     let moving = |x: f64, v: [f64; 2]| {
         format!(
@@ -125,10 +128,10 @@ fn colliding_or_leaving_prescribed_bodies_stop_run() {
     let meeting = || moving(0.6, [1.0, 0.0]) + &moving(1.2, [-1.0, 0.0]);
     for (name, bodies, says) in [
         ("meet-sharp", meeting() + SHARP, "has run into particle 1"),
-        ("meet-mixing", meeting() + MIXING, "has run into particle 1"),
+        ("meet-mixing", meeting() + MIXING + LAW, "has run into particle 1"),
         (
             "wall-sharp",
-            moving(0.6, [0.0, 2.0]) + SHARP,
+            moving(0.6, [0.0, 2.0]) + SHARP + LAW,
             "has reached the boundary of the box along y",
         ),
         (

@@ -1,66 +1,55 @@
 //! Bodies that come in while the run goes on: fed, waiting, and with the momentum that they bring.
 
-use crate::passage::{fed, write};
+use crate::passage::fed;
+use crate::program::write;
 use crate::support::{PERIODIC, SHARP, STREAM, box_case, columns, mics, run, run_on_ranks};
 use std::collections::HashMap;
 use std::path::Path;
 
 #[test]
 fn fed_discs_are_counted_on_one_and_two_ranks() {
-    for wall in ["sharp", "mixing"] {
-        let dir = tempfile::tempdir().unwrap();
-        let [out, broken] = ["out", "broken"].map(|name| dir.path().join(name));
-        let text = fed(
-            "end = 2.5",
-            &format!("[coupling]\nwall = \"{wall}\"\n[pressure]\ndivergence_limit = 1e-8\n"),
-        );
-        let case = write(dir.path(), &text);
-        run(&case, &out, &[]);
-        let passages = columns(&out.join("passages.csv"));
-        let told = std::fs::read_to_string(out.join("passages.csv")).unwrap();
-        let (came, left): (Vec<_>, Vec<_>) =
-            told.lines().skip(1).partition(|line| line.contains(",entered,"));
-        // Twelve come in their order, 0.125 s apart, with the stream's velocity.
-        assert_eq!(came.len(), 12, "{wall}: {told}");
-        for (n, line) in came.iter().enumerate() {
-            let number = |k: usize| line.split(',').nth(k).unwrap().parse::<f64>().unwrap();
-            let due = 0.1 + 0.125 * n as f64;
-            assert!(
-                number(2) == n as f64 && (due..due + 0.011).contains(&number(1)),
-                "{wall}: {line}"
-            );
-            assert!(
-                (0.15..=0.4).contains(&number(6)) && (0.9..1.1).contains(&number(9)),
-                "{wall}: {line}"
-            );
-        }
-        assert!(left.len() > 2, "{told}");
-        // Mass: what came less what left is there.
-        let mass = |lines: &[&str]| {
-            lines.iter().map(|l| l.split(',').nth(4).unwrap().parse::<f64>().unwrap()).sum::<f64>()
-        };
-        let rows = columns(&out.join("particles.csv"));
-        let there = rows["step"].iter().filter(|step| **step == 250.0).count();
-        assert_eq!(there, came.len() - left.len(), "{wall}");
-        assert!(
-            mass(&came) > mass(&left)
-                && passages["mass"].iter().all(|m| (0.047..0.068).contains(m))
-        );
-        let steps = columns(&out.join("steps.csv"));
-        let largest = |name: &str| steps[name].iter().fold(0.0f64, |most, e| most.max(e.abs()));
-        assert!(largest("momentum_error") < 1e-11, "{wall}: {}", largest("momentum_error"));
-        assert!(largest("method_loss") < 0.01, "{wall}: {}", largest("method_loss"));
-        // The same in two parts, byte for byte, though bodies wait in between.
-        run(&case, &broken, &["--set", "time.end=0.8"]);
-        run(&case, &broken, &["--resume"]);
-        for file in ["particles.csv", "passages.csv"] {
-            let [a, b] = [&out, &broken].map(|out| std::fs::read(out.join(file)).unwrap());
-            assert!(a == b, "{wall}: {file}");
-        }
-        let shared = dir.path().join("shared");
-        run_on_ranks(2, &case, &shared);
-        assert_eq!(columns(&shared.join("passages.csv"))["step"], passages["step"], "{wall}");
+    let dir = tempfile::tempdir().unwrap();
+    let [out, broken] = ["out", "broken"].map(|name| dir.path().join(name));
+    let text = fed("end = 2.5", &format!("{SHARP}[pressure]\ndivergence_limit = 1e-8\n"));
+    let case = write(dir.path(), &text);
+    run(&case, &out, &[]);
+    let passages = columns(&out.join("passages.csv"));
+    let told = std::fs::read_to_string(out.join("passages.csv")).unwrap();
+    let (came, left): (Vec<_>, Vec<_>) =
+        told.lines().skip(1).partition(|line| line.contains(",entered,"));
+    // Twelve come in their order, 0.125 s apart, with the stream's velocity.
+    assert_eq!(came.len(), 12, "{told}");
+    for (n, line) in came.iter().enumerate() {
+        let number = |k: usize| line.split(',').nth(k).unwrap().parse::<f64>().unwrap();
+        let due = 0.1 + 0.125 * n as f64;
+        assert!(number(2) == n as f64 && (due..due + 0.011).contains(&number(1)), "{line}");
+        assert!((0.15..=0.4).contains(&number(6)) && (0.9..1.1).contains(&number(9)), "{line}");
     }
+    assert!(left.len() > 2, "{told}");
+    // Mass: what came less what left is there.
+    let mass = |lines: &[&str]| {
+        lines.iter().map(|l| l.split(',').nth(4).unwrap().parse::<f64>().unwrap()).sum::<f64>()
+    };
+    let rows = columns(&out.join("particles.csv"));
+    let there = rows["step"].iter().filter(|step| **step == 250.0).count();
+    assert_eq!(there, came.len() - left.len());
+    assert!(
+        mass(&came) > mass(&left) && passages["mass"].iter().all(|m| (0.047..0.068).contains(m))
+    );
+    let steps = columns(&out.join("steps.csv"));
+    let largest = |name: &str| steps[name].iter().fold(0.0f64, |most, e| most.max(e.abs()));
+    assert!(largest("momentum_error") < 1e-11, "{}", largest("momentum_error"));
+    assert!(largest("method_loss") < 0.01, "{}", largest("method_loss"));
+    // The same in two parts, byte for byte, though bodies wait in between.
+    run(&case, &broken, &["--set", "time.end=0.8"]);
+    run(&case, &broken, &["--resume"]);
+    for file in ["particles.csv", "passages.csv"] {
+        let [a, b] = [&out, &broken].map(|out| std::fs::read(out.join(file)).unwrap());
+        assert!(a == b, "{file}");
+    }
+    let shared = dir.path().join("shared");
+    run_on_ranks(2, &case, &shared);
+    assert_eq!(columns(&shared.join("passages.csv"))["step"], passages["step"]);
 }
 
 #[test]

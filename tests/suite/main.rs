@@ -38,7 +38,6 @@ mod initial_from;
 mod light;
 mod literal;
 mod live;
-mod mixing_at_rest;
 mod modes;
 mod motion;
 mod multigrid;

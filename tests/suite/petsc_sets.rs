@@ -15,13 +15,12 @@ struct Set {
 }
 
 /// The scenes of the cells, as overrides, in their order; the second one is that of what happens.
-const SCENES: [&[&str]; 6] = [
+const SCENES: [&[&str]; 5] = [
     &["swarm.0.density=100.0"],
     &[],
     &["swarm.0.density=1e6"],
     &["swarm.0.density=1e7"],
     &["boundary.west={ inflow = [0.1, 0.0] }", "boundary.east=\"outflow\""],
-    &["coupling.wall=\"mixing\""],
 ];
 
 /// The rows of the page's table.

@@ -2,7 +2,7 @@
 
 use crate::support::{Petsc, box_case, order, petsc};
 use mics::grid::Coefficient;
-use mics::kernels::faces::{self, BodyForce, FaceCoefficient};
+use mics::kernels::faces::{self, FaceCoefficient};
 use mics::method::flow::Flow;
 use mics::scene::Scene;
 use std::f64::consts::PI;
@@ -114,49 +114,5 @@ fn poisson_density_ratios_1e_3_to_1e4_solved_to_d0() {
             assert_eq!(done.retries, 0, "{ratio} {sides:?}");
             assert!(done.outer <= 3, "{ratio} {sides:?}: {} iterations of C-HSMAC", done.outer);
         }
-    }
-}
-
-/// Reduced gravity acts at faces with the pressure gradient: layers at rest stay at rest, at any
-/// ratio.
-#[test]
-fn density_layers_stay_at_rest_under_gravity() {
-    for ratio in [1e-3, 2.65, 1e4] {
-        let petsc = petsc();
-        let layers = |y: f64| {
-            1.0 + (ratio - 1.0)
-                * if y < 0.3 {
-                    1.0
-                } else if y < 0.37 {
-                    0.4
-                } else {
-                    0.0
-                }
-        };
-        let mut scene = box_with_density(&petsc, 32, ["\"wall\""; 4], 1e-8, |_, y| layers(y));
-        let mut weight = scene.domain.grid.field();
-        for c in scene.domain.grid.rows().flatten() {
-            weight[c] = -9.81 * (layers(scene.domain.grid.centre(c)[1]) - 1.0);
-        }
-        scene.domain.boundaries.fill_property(&mut weight).unwrap();
-        let Some(flow) = scene.method.downcast_mut::<Flow<2>>() else {
-            panic!("there are no bodies")
-        };
-        flow.force = Some(BodyForce { density: [scene.domain.grid.field(), weight] });
-        scene.start().unwrap();
-        for _ in 0..5 {
-            scene.step(1e-3).unwrap();
-        }
-        let (_, fastest) = scene.energy_and_speed().unwrap();
-        assert!(fastest < 1e-9, "ratio {ratio}: {fastest} m/s");
-        // The pressure is hydrostatic: the excess weight of the column, from the bottom to the top.
-        let column: Vec<usize> = scene.domain.grid.rows().map(|row| row.start + 5).collect();
-        let weight: f64 = column
-            .iter()
-            .map(|&c| 9.81 * (scene.method.mixture().density.at(c) - 1.0) / 32.0)
-            .sum();
-        let drop = scene.state.p[column[0]] - scene.state.p[column[31]];
-        let ends = 0.5 * 9.81 * (layers(0.0) - 1.0) / 32.0;
-        assert!((drop - (weight - ends)).abs() < 1e-6 * weight.abs(), "{drop} against {weight}");
     }
 }

@@ -72,27 +72,23 @@ fn run_writes_documented_files() {
     assert_eq!(particles["time"][0], 0.0);
     assert_eq!(particles["step"].len(), steps["step"].len());
     assert_eq!(steps["step"].len() as u64, summary["steps"].as_u64().unwrap() + 1);
-    let run: serde_json::Value =
+    let record: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("run.json")).unwrap()).unwrap();
     assert!(
-        run["petsc_options"].as_str().unwrap().contains("-ksp_type cg -pc_type boxmg"),
-        "{run}"
+        record["petsc_options"].as_str().unwrap().contains("-ksp_type cg -pc_type boxmg"),
+        "{record}"
     );
-    assert!(run["end"].is_string() && run["ranks"] == 1);
+    assert!(record["end"].is_string() && record["ranks"] == 1);
     let series = std::fs::read_to_string(out.join("fields/series.pvd")).unwrap();
     assert_eq!(series.matches("<DataSet").count(), 4, "{series}");
     // The case as run is a case, and runs to the same end.
     let again = dir.path().join("again");
-    run_again(&out.join("case.toml"), &again);
+    run(&out.join("case.toml"), &again, &[]);
     let repeated = columns(&again.join("particles.csv"));
     assert_eq!(
         repeated["fluid_fx"], particles["fluid_fx"],
         "the same case on the same machine is the same run"
     );
-}
-
-fn run_again(case: &Path, out: &Path) {
-    run(case, out, &[]);
 }
 
 #[test]

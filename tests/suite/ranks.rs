@@ -2,26 +2,11 @@
 //! periodic and not.
 
 use crate::modes::in_processes;
-use crate::support::{columns, mics, mpirun, summary};
+use crate::support::{columns, run_on_ranks, summary};
 use mics::grid::Grid;
 use mics::petsc::Layout;
 use mics_run::snapshot::Snapshot;
 use std::path::{Path, PathBuf};
-use std::process::Output;
-
-/// The program's output under mpirun.
-fn output_on(ranks: usize, arguments: &[&Path]) -> Output {
-    mpirun(ranks, env!("CARGO_BIN_EXE_mics"))
-        .arg("run")
-        .args(arguments)
-        .output()
-        .expect("mpirun starts")
-}
-
-fn run_on(ranks: usize, case: &Path, out: &Path) {
-    let output = output_on(ranks, &[case, Path::new("--quiet"), Path::new("--out"), out]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-}
 
 fn snapshots(out: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(out.join("fields")).unwrap().map(|e| e.unwrap().path());
@@ -42,7 +27,7 @@ fn expect_the_same_on<const N: usize>(ranks: [usize; N], text: &str) {
     std::fs::write(&case, text).unwrap();
     let out = ranks.map(|ranks| {
         let out = dir.path().join(ranks.to_string());
-        run_on(ranks, &case, &out);
+        run_on_ranks(ranks, &case, &out);
         summary(&out);
         out
     });
@@ -112,14 +97,14 @@ fn ranks_agree_2d_inflow_outflow() {
 }
 
 #[test]
-fn ranks_agree_2d_periodic_polygon_fraction() {
+fn ranks_agree_2d_periodic_mixing() {
     expect_the_same(&format!(
         "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [24, 24]\n[fluid]\ndensity = 1.0\n\
         viscosity = 0.01\n[boundary]\n\
          west = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\nnorth = \"periodic\"\n\
          [[particle]]\n{DISC}\nposition = [0.9, 0.45]\ndensity = 2.65\nviscosity = 0.0\n\
          motion = {{ prescribed = {{ velocity = [1.0, 0.3], spin = 3.0 }} }}\n[coupling]\n\
-         wall = \"mixing\"\nfraction = \"polygon\"\n\
+         wall = \"mixing\"\n\
          [time]\nend = 0.15\nstep = 0.01\n[pressure]\ndivergence_limit = 1.0e-9"
     ));
 }
@@ -139,22 +124,6 @@ fn ranks_agree_3d_inflow_outflow() {
 }
 
 #[test]
-fn ranks_agree_3d_periodic_sphere() {
-    expect_the_same(
-        "name = \"r\"\n[domain]\nsize = [1.0, 1.0, 1.0]\ncells = [16, 16, 16]\n[fluid]\n\
-        density = 1.0\nviscosity = 0.02\n\
-         [boundary]\nwest = \"periodic\"\neast = \"periodic\"\nsouth = \"periodic\"\n\
-             north = \"periodic\"\n\
-         bottom = \"periodic\"\ntop = \"periodic\"\n[[particle]]\n\
-             shape = { sphere = { diameter = 0.4 } }\n\
-         position = [0.5, 0.9, 0.1]\ndensity = 10.0\n\
-         motion = { prescribed = { velocity = [0.5, 1.0, -0.8], spin = [0.0, 1.0, 2.0] } }\n\
-         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.15\nstep = 0.01\n[pressure]\n\
-             divergence_limit = 1.0e-9",
-    );
-}
-
-#[test]
 fn ranks_agree_colliding_discs_crossing_subdomains() {
     let free = |place: [f64; 2], density: f64, velocity: [f64; 2]| {
         format!(
@@ -162,21 +131,19 @@ fn ranks_agree_colliding_discs_crossing_subdomains() {
             velocity = {velocity:?}\n"
         )
     };
-    for wall in ["sharp", "mixing"] {
-        expect_the_same(&format!(
-            "name = \"r\"\n[domain]\nsize = [1.2, 1.0]\ncells = [30, 25]\n[fluid]\ndensity = 1.0\n\
-            viscosity = 0.01\n\
-             gravity = [0.3, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
-                 south = \"wall\"\n\
-             north = \"slip\"\n{}{}{}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\n\
-                 restitution = 0.6\n\
-             [coupling]\nwall = \"{wall}\"\n[time]\nend = 0.2\nstep = 0.008\n[pressure]\n\
-                 divergence_limit = 1.0e-9",
-            free([1.1, 0.5], 2.65, [0.8, 0.0]),
-            free([0.25, 0.5], 50.0, [-0.3, 0.1]),
-            free([0.6, 0.16], 0.8, [0.0, -0.2]),
-        ));
-    }
+    expect_the_same(&format!(
+        "name = \"r\"\n[domain]\nsize = [1.2, 1.0]\ncells = [30, 25]\n[fluid]\ndensity = 1.0\n\
+        viscosity = 0.01\n\
+         gravity = [0.3, -1.0]\n[boundary]\nwest = \"periodic\"\neast = \"periodic\"\n\
+             south = \"wall\"\n\
+         north = \"slip\"\n{}{}{}[contact]\nnormal_stiffness = 500.0\nfriction = 0.3\n\
+             restitution = 0.6\n\
+         [coupling]\nwall = \"sharp\"\n[time]\nend = 0.2\nstep = 0.008\n[pressure]\n\
+             divergence_limit = 1.0e-9",
+        free([1.1, 0.5], 2.65, [0.8, 0.0]),
+        free([0.25, 0.5], 50.0, [-0.3, 0.1]),
+        free([0.6, 0.16], 0.8, [0.0, -0.2]),
+    ));
 }
 
 #[test]
@@ -241,38 +208,6 @@ fn ranks_agree_chain_of_discs_over_nine_ranks() {
             step = 0.004\n[pressure]\ndivergence_limit = 1.0e-10"
         ),
     );
-}
-
-#[test]
-fn too_many_ranks_for_grid_are_refused() {
-    let dir = tempfile::tempdir().unwrap();
-    let case = dir.path().join("case.toml");
-    let text = "name = \"r\"\n[domain]\nsize = [1.0, 1.0]\ncells = [6, 6]\n[fluid]\n\
-        density = 1.0\nviscosity = 0.1\n\
-                [boundary]\nwest = \"wall\"\neast = \"wall\"\nsouth = \"wall\"\nnorth = \"wall\"\n\
-                    [time]\nend = 0.1";
-    std::fs::write(&case, text).unwrap();
-    assert!(mics(&["check", case.to_str().unwrap()]).status.success());
-    // Eight are too many for all; three leave some of them with enough cells and some without.
-    for (ranks, cells) in [(8, "[6, 6]"), (3, "[8, 8]")] {
-        let set = format!("domain.cells={cells}");
-        let words = [
-            &case,
-            Path::new("--out"),
-            &dir.path().join("out"),
-            Path::new("--set"),
-            Path::new(&set),
-        ];
-        let output = output_on(ranks, &words);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(said.matches("error: ").count(), 1, "{said}");
-        assert!(
-            said.contains(&format!("{ranks} ranks are too many")) && said.contains("fewer ranks"),
-            "{said}"
-        );
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(!dir.path().join("out").exists());
-    }
 }
 
 #[test]

@@ -178,7 +178,8 @@ impl Request {
                 cure(run)
             )));
         };
-        let (from, to) = (self.from.unwrap_or(*first), self.to.unwrap_or(*last));
+        let from = self.from.unwrap_or(*first);
+        let to = self.to.unwrap_or(*last);
         // The snapshots of a moment are of the step next to it, as they are for `mics plot
         // --times`.
         let within = match from <= *last && to >= *first {

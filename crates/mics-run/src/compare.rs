@@ -108,7 +108,9 @@ mod tests {
     fn measure(target: Option<(Reference, f64)>) -> Measure {
         let target =
             target.map(|(reference, tolerance)| Target { reference, tolerance, source: None });
-        let (name, kind, force) = ("m".into(), MeasureKind::MaxSpeed, ForceRule::Momentum);
+        let name = "m".into();
+        let kind = MeasureKind::MaxSpeed;
+        let force = ForceRule::Momentum;
         Measure {
             name,
             kind,

@@ -25,7 +25,8 @@ pub fn terminal_speed(sphere: bool, diameter: f64, weight: f64, viscosity: f64) 
     // V/S.
     let depth = if sphere { 2.0 / 3.0 * diameter } else { 0.25 * PI * diameter };
     // Of Cd = 1, and of any drag at all.
-    let (plain, least) = ((2.0 * weight * depth).sqrt(), if sphere { 0.44f64 } else { 1.0 });
+    let plain = (2.0 * weight * depth).sqrt();
+    let least = if sphere { 0.44f64 } else { 1.0 };
     if viscosity > 0.0 {
         terminal_reynolds(sphere, plain * diameter / viscosity) * viscosity / diameter
     } else {
@@ -41,7 +42,8 @@ fn terminal_reynolds(sphere: bool, drive: f64) -> f64 {
         false => 1.0 + 10.0 * re.powf(-2.0 / 3.0),
     };
     // Cd Re^2 grows with Re.
-    let (mut low, mut high) = (-12.0f64, 12.0);
+    let mut low = -12.0f64;
+    let mut high = 12.0;
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         let re = 10f64.powf(middle);

@@ -61,7 +61,8 @@ impl Head {
     }
 
     fn xml(&self) -> String {
-        let ([nx, ny, nz], [hx, hy, hz]) = (self.cells, self.h);
+        let [nx, ny, nz] = self.cells;
+        let [hx, hy, hz] = self.h;
         let mut text = format!(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" \
             byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<ImageData WholeExtent=\"0 {nx} 0 \
@@ -235,7 +236,8 @@ impl Rows {
     pub fn open(path: &Path, name: &str) -> Result<Option<Rows>> {
         let (head, data) = Head::read(path)?;
         let Some(k) = head.arrays.iter().position(|array| array.0 == name) else { return Ok(None) };
-        let (begin, components) = (data + head.offsets()[k] + 8, head.arrays[k].1);
+        let begin = data + head.offsets()[k] + 8;
+        let components = head.arrays[k].1;
         let file = File::open(path).map_err(Error::io(path))?;
         Ok(Some(Rows { file, path: path.to_owned(), head, begin, components }))
     }
@@ -307,7 +309,8 @@ mod tests {
         };
         assert_eq!(Snapshot::read(&path).unwrap(), expected);
         assert_eq!(Snapshot::time_of(&path).unwrap(), head.time);
-        let (rows, mut row) = (Rows::open(&path, "velocity").unwrap().unwrap(), Vec::new());
+        let rows = Rows::open(&path, "velocity").unwrap().unwrap();
+        let mut row = Vec::new();
         rows.read(1, &mut row).unwrap();
         assert_eq!(row, [3.0, 7.0, 0.0, 4.0, 8.0, 0.0]);
         assert!(Rows::open(&path, "spin").unwrap().is_none());

@@ -104,7 +104,8 @@ pub fn moments(body: &Convex, centre: &Vector3<f64>, radius: f64) -> (f64, Vecto
         if face.square <= 0.0 && (!solid || h.abs() <= NEAR) {
             continue;
         }
-        let (mut part, mut potential) = (0.0, 0.0);
+        let mut part = 0.0;
+        let mut potential = 0.0;
         each_edge(corners, round, &n, centre, radius, |edge| {
             let Edge { e, from, to, .. } = edge;
             let [high, low] = [to, from].map(|t| face.triangle(e.abs(), t, solid));
@@ -130,11 +131,13 @@ pub fn second_moments(
     radius: f64,
     volume: f64,
 ) -> Matrix3<f64> {
-    let (corners, mut second) = (body.corners(), Matrix3::zeros());
+    let corners = body.corners();
+    let mut second = Matrix3::zeros();
     for (n, offset, round) in body.faces() {
         let h = (offset - n.dot(centre)) / radius;
         let face = Face { h, square: 1.0 - h * h };
-        let (mut potential, mut place) = (0.0, Vector3::zeros());
+        let mut potential = 0.0;
+        let mut place = Vector3::zeros();
         each_edge(corners, round, &n, centre, radius, |edge| {
             let Edge { e, from, to, along } = edge;
             let sign = if e < 0.0 { -1.0 } else { 1.0 };
@@ -221,7 +224,9 @@ mod tests {
     /// Against sums over the halves, and over small boxes.
     #[test]
     fn parts_of_a_ball_sum_to_the_whole() {
-        let (centre, radius, mut worst) = (Vector3::new(0.1, 0.2, -0.3), 0.7, [0.0f64; 3]);
+        let centre = Vector3::new(0.1, 0.2, -0.3);
+        let radius = 0.7;
+        let mut worst = [0.0f64; 3];
         for k in 0..40 {
             let middle = Vector3::from_fn(|a, _| 0.8 * scatter(3 * k + a));
             let half = Vector3::from_fn(|a, _| 0.2 + 0.3 * scatter(1000 + 3 * k + a).abs());
@@ -244,7 +249,9 @@ mod tests {
             worst[2] = worst[2].max((sum.2 - second).norm());
             // By points, which see a factor and a sign.
             let points = 40;
-            let (mut count, mut place, mut square) = (0.0, Vector3::zeros(), Matrix3::zeros());
+            let mut count = 0.0;
+            let mut place = Vector3::zeros();
+            let mut square = Matrix3::zeros();
             for at in 0..points * points * points {
                 let at = Vector3::new(at % points, at / points % points, at / points / points)
                     .map(|i| (2.0 * i as f64 + 1.0) / points as f64 - 1.0);

@@ -89,7 +89,8 @@ impl Patch {
         if share <= 0.0 {
             return;
         }
-        let (weight, place) = (counts * self.weight_of(share), place - self.origin);
+        let weight = counts * self.weight_of(share);
+        let place = place - self.origin;
         self.power += share * weight;
         self.weight += weight;
         self.normal += weight * normal;
@@ -100,7 +101,8 @@ impl Patch {
 
     /// The contact of all of them.
     pub(crate) fn whole(&self, radii: [f64; 2]) -> Touch {
-        let (overlap, scale) = (self.root(), self.normal.norm());
+        let overlap = self.root();
+        let scale = self.normal.norm();
         let normal = self.normal / scale;
         // On the line of the whole force, as near as can be to the mean of the places.
         let mean = self.place / self.weight;

@@ -189,7 +189,8 @@ fn merge(all: &[Vector3<f64>], near: f64) -> (Vec<Vector3<f64>>, Vec<u32>) {
     let along = |x: &Vector3<f64>| x.dot(&Vector3::new(0.577, 0.319_5, 0.751_7));
     let mut order: Vec<(f64, usize)> = all.iter().map(along).zip(0..).collect();
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    let (mut corners, mut numbers) = (Vec::<Vector3<f64>>::new(), vec![0; all.len()]);
+    let mut corners = Vec::<Vector3<f64>>::new();
+    let mut numbers = vec![0; all.len()];
     // Where along the direction the corners lie.
     let mut ways: Vec<f64> = Vec::new();
     for (way, k) in order {

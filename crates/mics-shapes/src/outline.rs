@@ -25,7 +25,10 @@ pub(super) fn check(outline: &[[f64; 2]]) -> Result<(), Fault> {
     let side = |a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>| (b - a).perp(&(c - a));
     for i in 0..n {
         for j in i + 2..n - usize::from(i == 0) {
-            let (a, b, c, d) = (at(i), at(i + 1), at(j), at(j + 1));
+            let a = at(i);
+            let b = at(i + 1);
+            let c = at(j);
+            let d = at(j + 1);
             let apart = side(&a, &b, &c) * side(&a, &b, &d) < 0.0
                 && side(&c, &d, &a) * side(&c, &d, &b) < 0.0;
             if apart {

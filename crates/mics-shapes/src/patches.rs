@@ -27,8 +27,11 @@ pub fn directions(n: usize) -> impl Iterator<Item = (Vector3<f64>, f64)> {
     // What the origin sees of a rectangle on the face, from its middle to here.
     let seen = |x: f64, y: f64| (x * y / (1.0 + x * x + y * y).sqrt()).atan();
     (0..6 * n * n).map(move |k| {
-        let (face, i, j) = (k / (n * n), (k % n) as f64, (k / n % n) as f64);
-        let ([x0, x1], [y0, y1]) = ([slope(i), slope(i + 1.0)], [slope(j), slope(j + 1.0)]);
+        let face = k / (n * n);
+        let i = (k % n) as f64;
+        let j = (k / n % n) as f64;
+        let [x0, x1] = [slope(i), slope(i + 1.0)];
+        let [y0, y1] = [slope(j), slope(j + 1.0)];
         let angle = seen(x1, y1) - seen(x0, y1) - seen(x1, y0) + seen(x0, y0);
         (on_sphere(face, [i + 0.5, j + 0.5], n), angle)
     })
@@ -37,7 +40,9 @@ pub fn directions(n: usize) -> impl Iterator<Item = (Vector3<f64>, f64)> {
 /// Triangles of the unit sphere between such directions, counterclockwise seen from outside.
 pub fn triangles(n: usize) -> impl Iterator<Item = [Vector3<f64>; 3]> {
     (0..6 * n * n).flat_map(move |k| {
-        let (face, i, j) = (k / (n * n), (k % n) as f64, (k / n % n) as f64);
+        let face = k / (n * n);
+        let i = (k % n) as f64;
+        let j = (k / n % n) as f64;
         let at = |x: f64, y: f64| on_sphere(face, [i + x, j + y], n);
         let [a, b, c, d] = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
         let turn = |[a, b, c]: [Vector3<f64>; 3]| if face < 3 { [a, b, c] } else { [a, c, b] };
@@ -60,7 +65,8 @@ pub fn of_triangle(
     let at = |i: f64, j: f64| a + (i * (b - a) + j * (c - a)) / n as f64;
     for i in 0..n {
         for j in 0..n - i {
-            let (x, y) = (i as f64 + 1.0 / 3.0, j as f64 + 1.0 / 3.0);
+            let x = i as f64 + 1.0 / 3.0;
+            let y = j as f64 + 1.0 / 3.0;
             let area = area / (n * n) as f64;
             patches.push(Patch { place: at(x, y), normal: *normal, area });
             if i + j + 1 < n {
@@ -89,7 +95,8 @@ mod tests {
         let corners = [Vector3::x(), Vector3::new(3.0, 0.5, 0.0), Vector3::new(0.5, 2.0, 0.0)];
         let mut patches = Vec::new();
         of_triangle(&corners, &Vector3::z(), 0.3, &mut patches);
-        let (mut area, mut place) = (0.0, Vector3::zeros());
+        let mut area = 0.0;
+        let mut place = Vector3::zeros();
         for patch in &patches {
             area += patch.area;
             place += patch.area * patch.place;

@@ -76,7 +76,8 @@ impl Support {
         if flat {
             return [ss / at.height, 0.0, 0.0];
         }
-        let (other, across) = (self.axes.tr_mul(t), at.point.dot(t));
+        let other = self.axes.tr_mul(t);
+        let across = at.point.dot(t);
         let st = own.dot(&other) - along * across;
         let tt = other.norm_squared() - across * across;
         [ss, st, tt].map(|bend| bend / at.height)
@@ -106,12 +107,14 @@ impl Seen {
         let one = pair[0].bends(&self.sides[0], &tangents, flat);
         let other = pair[1].bends(&self.sides[1], &tangents, flat);
         let [s, t] = tangents;
-        let (ss, slope) = (self.gap + one[0] + other[0], rest.dot(&s));
+        let ss = self.gap + one[0] + other[0];
+        let slope = rest.dot(&s);
         if flat {
             let turn = if ss > 0.0 { slope / ss } else { UPHILL.copysign(slope) };
             return turn * s;
         }
-        let (st, tt) = (one[1] + other[1], self.gap + one[2] + other[2]);
+        let st = one[1] + other[1];
+        let tt = self.gap + one[2] + other[2];
         let slope = Vector2::new(slope, rest.dot(&t));
         let determinant = ss * tt - st * st;
         let turn = if determinant > 0.0 && ss > 0.0 {

@@ -227,7 +227,8 @@ fn act(command: Command) -> Result<u8> {
         Command::New { dir, template } => cases::begin(&dir, &template),
         Command::Cases { action } => cases::cases(action),
         Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
-            let (draw, commit) = (plot::draw_run, COMMIT);
+            let draw = plot::draw_run;
+            let commit = COMMIT;
             validate::validate(&validate::Request {
                 names,
                 full,
@@ -269,13 +270,15 @@ fn run_case(
     if let Some(status) = ranks::run(&choice)? {
         return Ok(status);
     }
-    let (draw, commit) = (plot::draw_run, COMMIT);
+    let draw = plot::draw_run;
+    let commit = COMMIT;
     run::run(&Request { case, out, set, force, resume, quiet, petsc, draw, commit }).map(|()| 0)
 }
 
 /// The manual page: the program's, with every command's options.
 fn manual() -> Result<()> {
-    let (mut page, mut command) = (Vec::new(), Cli::command());
+    let mut page = Vec::new();
+    let mut command = Cli::command();
     command.build();
     let failed = mics::Error::io("the manual page");
     let render = |page: &mut Vec<u8>| -> std::io::Result<()> {

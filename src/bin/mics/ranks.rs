@@ -182,7 +182,9 @@ fn status_of(status: ExitStatus, asked: bool) -> Result<u8> {
 
 /// The words of a command but `--ranks` and its number; those behind `--` are PETSc's.
 fn without_ranks(words: impl Iterator<Item = String>) -> Vec<String> {
-    let (mut kept, mut number, mut ours) = (Vec::new(), false, true);
+    let mut kept = Vec::new();
+    let mut number = false;
+    let mut ours = true;
     for word in words {
         ours &= word != "--";
         let own = ours && (number || word == "--ranks" || word.starts_with("--ranks="));

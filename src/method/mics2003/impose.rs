@@ -1,6 +1,6 @@
 //! (27), the wall, and (28, 29), the pressure inside.
 
-use super::{Driver, Mics2003};
+use super::Mics2003;
 use crate::Result;
 use crate::domain::Domain;
 use crate::method::vector;
@@ -25,41 +25,26 @@ impl Summed for MeanPressure {
 }
 
 impl<const D: usize> Mics2003<D> {
-    /// (27): mixes the bodies' rigid motion into the cells they touch, and counts what that removes
-    /// over `dt` (s) from the fluid around held bodies as the force on them; that on free ones
-    /// comes of their motion.
+    /// (27): mixes the bodies' rigid motion into the cells they touch, their rotation into those
+    /// that their surface cuts, and counts what that removes from the fluid over `dt` (s).
     pub(super) fn impose(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) {
-        let volume = domain.grid.cell_volume();
-        let (density, per_time) = (&self.flow.mixture.density, volume / dt);
+        let density = &self.flow.mixture.density;
+        let per_time = domain.grid.cell_volume() / dt;
         let lead = domain.session.rank() == 0;
         for (k, body) in s.bodies.iter().enumerate() {
-            let (kicks, exchange) = (&mut self.kicks[k], &mut s.exchange[k]);
-            let freedom = body.freedom();
-            // Along free directions the momentum is counted already: it is what the particle
-            // settled by.
-            let settled = freedom.filter(|_| self.choices.driver == Driver::Momentum);
-            // What contacts change follows by shares of mass; as printed, (27) mixes the final
-            // motion in.
-            let (v, w) =
-                if settled.is_some() { self.settled[k] } else { (body.velocity, body.spin) };
-            let (struck_v, struck_w) = self.struck[k];
+            let kicks = &mut self.kicks[k];
+            let exchange = &mut s.exchange[k];
             kicks.clear();
-            if freedom.is_none() && lead {
+            if body.freedom().is_none() && lead {
                 exchange.driven = body.mass() * (body.velocity - self.departures[k].velocity) / dt;
                 exchange.momentum += exchange.driven;
             }
             for o in &self.overlaps[k] {
-                let rho = density.at(o.cell);
-                let turns = !self.choices.rotation_at_boundary || o.is_cut();
-                let rigid = if turns { v + w.cross(&o.arm) } else { v };
-                let kick = o.fraction * (rigid - vector(&s.u, o.cell));
-                let turn = o.arm.cross(&(-(per_time * rho) * kick));
-                let kick =
-                    kick + (o.fraction * body.density / rho) * (struck_v + struck_w.cross(&o.arm));
-                let df = -(per_time * rho) * kick;
-                exchange.momentum += settled.map_or(df, |f| df - f.along(&df));
-                exchange.momentum_torque += settled.map_or(turn, |f| turn - f.about(&turn));
-                exchange.spun += (volume * rho) * o.arm.cross(&kick);
+                let turning = if o.is_cut() { body.spin.cross(&o.arm) } else { Vector3::zeros() };
+                let kick = o.fraction * (body.velocity + turning - vector(&s.u, o.cell));
+                let df = -(per_time * density.at(o.cell)) * kick;
+                exchange.momentum += df;
+                exchange.momentum_torque += o.arm.cross(&df);
                 kicks.push(kick);
             }
         }

@@ -1,8 +1,7 @@
-//! The properties of the mixture, and the forces on it, by what bodies fill of the cells:
+//! The properties of the mixture, by what bodies fill of the cells:
 //!
 //! ```text
 //!   rho = rho_f + sum_k alpha_k (rho_k - rho_f)                    (1), viscosity alike
-//!   f   = sum_k alpha_k rho_k (v_k + w_k x r)                      v_k, w_k: rigid accelerations
 //! ```
 
 use super::Mics2003;
@@ -11,18 +10,16 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::geometry::Overlap;
 use crate::grid::{Boundaries, Coefficient};
-use crate::kernels::faces::BodyForce;
 use crate::particles::Body;
 use crate::state::State;
-use nalgebra::Vector3;
 
 impl<const D: usize> Mics2003<D> {
-    /// Density and viscosity of the mixture, `1/rho` on faces, and what gravity and the drive act
-    /// on. Collective.
+    /// Density and viscosity of the mixture, `1/rho` on faces, and what the drive acts on.
+    /// Collective.
     pub(super) fn mix_fields(&mut self, domain: &mut Domain<D>, s: &State<D>) -> Result<()> {
-        self.spread_forces(domain, s)?;
         let Domain { grid, boundaries, fluid, clock, .. } = domain;
-        let (flow, overlaps) = (&mut self.flow, &self.overlaps);
+        let flow = &mut self.flow;
+        let overlaps = &self.overlaps;
         mix(boundaries, &s.bodies, overlaps, &mut flow.mixture.density, fluid.density, |b| {
             b.density
         })?;
@@ -30,9 +27,6 @@ impl<const D: usize> Mics2003<D> {
             b.viscosity
         })?;
         flow.beta.update(grid, &flow.mixture.density);
-        if let Some(force) = &mut flow.force {
-            mix_forces(boundaries, &s.bodies, overlaps, &self.pulled, force)?;
-        }
         if let Some(solid) = &mut flow.solid {
             solid.fill(0.0);
             overlaps
@@ -69,25 +63,4 @@ fn mix<const D: usize>(
         field[o.cell] = field[o.cell].max(least);
     }
     boundaries.fill_property(field)
-}
-
-/// The force per volume (N/m3), with ghosts, of bodies that are pulled by rigid accelerations
-/// (m/s2, rad/s2). Collective.
-fn mix_forces<const D: usize>(
-    boundaries: &mut Boundaries<D>,
-    bodies: &[Body],
-    overlaps: &[Vec<Overlap>],
-    pulled: &[(Vector3<f64>, Vector3<f64>)],
-    force: &mut BodyForce<D>,
-) -> Result<()> {
-    for (axis, density) in force.density.iter_mut().enumerate() {
-        density.fill(0.0);
-        for ((body, overlaps), (v, w)) in bodies.iter().zip(overlaps).zip(pulled) {
-            for o in overlaps {
-                density[o.cell] += o.fraction * body.density * (v + w.cross(&o.arm))[axis];
-            }
-        }
-        boundaries.fill_property(density)?;
-    }
-    Ok(())
 }

@@ -47,7 +47,7 @@ impl<const D: usize> PressureAcceleration<D> {
         drive: Option<Vector3<f64>>,
     ) {
         let whole = FaceCoefficient::Uniform(1.0 / domain.fluid.density);
-        faces::acceleration(&domain.grid, &whole, None, p, &mut self.faces);
+        faces::acceleration(&domain.grid, &whole, p, &mut self.faces);
         domain.boundaries.extrapolate_to_closed_faces(&mut self.faces);
         self.driven = drive.map_or_else(Vector3::zeros, |force| force / domain.fluid.density);
         for (driven, faces) in
@@ -65,14 +65,16 @@ impl<const D: usize> PressureAcceleration<D> {
 
     /// Finds what covered faces change of it in the bodies' own cells, once bodies have moved.
     pub fn find_cut_changes(&self, domain: &Domain<D>, cut: &mut CutBodies<D>, bodies: &[Body]) {
-        let (grid, density) = (&domain.grid, domain.fluid.density);
+        let grid = &domain.grid;
+        let density = domain.fluid.density;
         let CutBodies { bodies: cut_bodies, beta, .. } = cut;
         let beta = &*beta.field(grid);
         for (k, cut) in cut_bodies.each_mut() {
             let driven = felt(&self.driven, &bodies[k]);
             for (axis, (beta, a)) in beta.iter().zip(&self.faces).enumerate() {
                 for own in &mut cut.own_cells {
-                    let (low, high) = (own.cell as usize, own.cell as usize + grid.stride[axis]);
+                    let low = own.cell as usize;
+                    let high = own.cell as usize + grid.stride[axis];
                     let [open_low, open_high] = [low, high].map(|f| beta[f] * density);
                     let [a_low, a_high] = [low, high].map(|f| a[f] - driven[axis]);
                     let open = (open_low * a_low + open_high * a_high)

@@ -55,7 +55,8 @@ impl<const D: usize> CutBodies<D> {
             self.shared_faces.clear();
             for body in self.bodies.iter_mut() {
                 for cut in body.cuts[axis].iter_mut() {
-                    let (face, all) = (cut.face as usize, total[cut.face as usize]);
+                    let face = cut.face as usize;
+                    let all = total[cut.face as usize];
                     let alone = all == cut.solid_fraction;
                     let covered = covered(face, all, beta[face], body.at_boundary);
                     // A body that rests keeps its cuts: what is in line already is left alone, to

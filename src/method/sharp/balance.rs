@@ -14,14 +14,18 @@ use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::kernels::boundary::{self, Sides};
-use crate::method::cells_momentum;
 use crate::state::{Balance, Impulses, State};
 use nalgebra::{Matrix3x4, Vector3};
 
 impl<const D: usize> Sharp<D> {
     /// The momentum of the cells of this rank (kg m/s).
-    fn cells_momentum(&self, domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
-        cells_momentum(&domain.grid, &self.mixture.density, &s.u)
+    fn cells_momentum(domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for (a, u) in s.u.iter().enumerate() {
+            let rows = domain.grid.rows().map(|row| u[row].iter().sum::<f64>());
+            sum[a] = domain.fluid.density * rows.sum::<f64>();
+        }
+        sum * domain.grid.cell_volume()
     }
 
     /// The momentum of everything in the box (kg m/s), of which all cells have `cells`.
@@ -41,7 +45,7 @@ impl<const D: usize> Sharp<D> {
     /// Starts the balance, where one is kept. Collective.
     pub(super) fn balance_from_now(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         if s.balance.is_some() {
-            let mut cells = self.cells_momentum(domain, s);
+            let mut cells = Self::cells_momentum(domain, s);
             domain.session.sum(cells.as_mut_slice())?;
             let momentum = self.total_momentum(s, cells)?;
             s.balance = Some(Balance { momentum, ..Balance::default() });
@@ -61,7 +65,7 @@ impl<const D: usize> Sharp<D> {
         let Some(before) = s.balance else { return Ok(()) };
         let pressure = boundary::pressure(&domain.grid, &domain.boundaries, &s.p);
         let [flow, shear] = [0, 1].map(|k| dt * sides.column(k));
-        let cells = self.cells_momentum(domain, s);
+        let cells = Self::cells_momentum(domain, s);
         let mut sums = Matrix3x4::from_columns(&[flow, shear, dt * pressure, cells]);
         domain.session.sum(sums.as_mut_slice())?;
         let [flow, shear, pressure, cells] = [0, 1, 2, 3].map(|k| sums.column(k).into_owned());

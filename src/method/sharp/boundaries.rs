@@ -59,7 +59,8 @@ impl<const D: usize> CutBodies<D> {
         axis: usize,
         side: usize,
     ) {
-        let (grid, boundaries) = (&domain.grid, &mut domain.boundaries);
+        let grid = &domain.grid;
+        let boundaries = &mut domain.boundaries;
         let (mut inwards, boundary) =
             (Vector3::zeros(), if side == 0 { 0.0 } else { grid.size[axis] });
         inwards[axis] = 1.0 - 2.0 * side as f64;

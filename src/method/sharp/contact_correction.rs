@@ -50,7 +50,8 @@ pub fn solve<const D: usize>(
     step: &mut PressureStep<D>,
     work: &mut Work,
 ) -> Result<(Projected, f64)> {
-    let (mut done, motions) = (Projected::default(), step.motions());
+    let mut done = Projected::default();
+    let motions = step.motions();
     let expected = |k: usize| [motions[k].expected.0, motions[k].expected.1];
     let parts = contacts.find_clusters(step.bodies(), expected);
     if parts {

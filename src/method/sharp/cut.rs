@@ -66,9 +66,12 @@ pub struct CutBodies<const D: usize> {
 impl<const D: usize> CutBodies<D> {
     /// Room for all that bodies can cut of the grid of a domain. [`CutBodies::settle`] comes next.
     pub fn new(domain: &Domain<D>, bodies: &[Body]) -> CutBodies<D> {
-        let (grid, periods, h) = (&domain.grid, domain.periods(), ghost_width(&domain.grid.h).0);
+        let grid = &domain.grid;
+        let periods = domain.periods();
+        let h = ghost_width(&domain.grid.h).0;
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
-        let (rank, ranks) = (domain.session.rank(), domain.session.size());
+        let rank = domain.session.rank();
+        let ranks = domain.session.size();
         let cut = if ranks > 1 {
             LocalBodies::none(grid, bodies.len())
         } else {
@@ -138,7 +141,8 @@ impl<const D: usize> CutBodies<D> {
         self.uncover_faces(domain);
         self.near.find(bodies);
         self.find_reach(domain, bodies);
-        let (grid, boundaries) = (&domain.grid, &domain.boundaries);
+        let grid = &domain.grid;
+        let boundaries = &domain.boundaries;
         // A fluid without viscosity has none, however long the time.
         let rate =
             gap::POISEUILLE * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
@@ -198,7 +202,8 @@ impl<const D: usize> CutBodies<D> {
         let CutBodies { reach, before, h, .. } = self;
         let tight = gap::UNRESOLVED * *h;
         reach.find(&domain.grid, bodies, |k| {
-            let (body, before) = (&bodies[k], &before[k]);
+            let body = &bodies[k];
+            let before = &before[k];
             let shape = body.shape();
             let bounds = shape.bounds(&body.orientation()).sup(&shape.bounds(&before.orientation));
             bounds.add_scalar(before.way.norm().max(tight) + BEYOND * *h)
@@ -208,7 +213,8 @@ impl<const D: usize> CutBodies<D> {
 
     /// Sets the apertures of all faces to one that the bodies cover.
     fn uncover_faces(&mut self, domain: &Domain<D>) {
-        let (whole, beta) = (1.0 / domain.fluid.density, self.beta.field(&domain.grid));
+        let whole = 1.0 / domain.fluid.density;
+        let beta = self.beta.field(&domain.grid);
         for (axis, beta) in beta.iter_mut().enumerate() {
             let cuts = self.bodies.iter().flat_map(|body| &body.cuts[axis]);
             cuts.for_each(|cut| beta[cut.face as usize] = whole);
@@ -248,7 +254,8 @@ impl<const D: usize> CutBodies<D> {
         cleared: bool,
         u: &VectorField<D>,
     ) {
-        let (grid, fluid) = (&domain.grid, &domain.fluid);
+        let grid = &domain.grid;
+        let fluid = &domain.fluid;
         let resolved = RESOLVED_LAYER * fluid.viscosity / (fluid.density * self.h);
         let limit = Some((resolved, LARGEST_PROFILE));
         let cuts = &mut self.bodies;
@@ -259,7 +266,8 @@ impl<const D: usize> CutBodies<D> {
     /// Finds by the velocity `u` (m/s), ghosts filled, what the cubic extrapolation adds from now
     /// on, where no body moves.
     pub fn find_cubic(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
-        let (grid, fluid) = (&domain.grid, &domain.fluid);
+        let grid = &domain.grid;
+        let fluid = &domain.fluid;
         let creeping = CREEPING_LAYER * fluid.viscosity / (fluid.density * self.h);
         for (k, cut) in self.bodies.each_mut() {
             let CutBody { profiles, shares, stencils, cubic, .. } = cut;
@@ -320,7 +328,8 @@ impl<const D: usize> CutBodies<D> {
         for (k, cut) in self.bodies.each() {
             let all = cut.ghost_cells.iter().zip(&cut.targets);
             for (ghost, target) in all.filter(|(ghost, _)| cleared || !ghost.cleared) {
-                let (mut added, cell) = (Vector3::zeros(), ghost.cell as usize);
+                let mut added = Vector3::zeros();
+                let cell = ghost.cell as usize;
                 for (a, field) in u.iter_mut().enumerate() {
                     let change = ghost.weight * (target[a] - field[cell]);
                     added[a] = mass * change;
@@ -344,7 +353,8 @@ impl<const D: usize> CutBodies<D> {
         let all = self.bodies.iter().flat_map(|cut| cut.ghost_cells.iter().zip(&cut.targets));
         for (ghost, target) in all {
             for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {
-                let (cell, start) = (ghost.cell as usize, start[ghost.cell as usize]);
+                let cell = ghost.cell as usize;
+                let start = start[ghost.cell as usize];
                 u[cell] += ghost.weight * (start + part * (target[a] - start) - u[cell]);
             }
         }

@@ -254,7 +254,9 @@ impl<const D: usize> CutBody<D> {
         tiles: &mut Tiles,
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
-        let (grid, body, orientation) = (around.grid, &around.bodies[k], &around.orientation);
+        let grid = around.grid;
+        let body = &around.bodies[k];
+        let orientation = &around.orientation;
         let shape = body.shape();
         self.has_neighbours = around.has_neighbours(k);
         let tight = if self.has_neighbours { gap::UNRESOLVED * around.h } else { 0.0 };
@@ -308,7 +310,9 @@ impl<const D: usize> CutBody<D> {
         tiles: &mut Tiles,
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
-        let (grid, body, orientation) = (around.grid, &around.bodies[k], around.orientation);
+        let grid = around.grid;
+        let body = &around.bodies[k];
+        let orientation = around.orientation;
         if self.is_kept(body) {
             self.restore_faces();
             return;
@@ -370,7 +374,8 @@ impl<const D: usize> CutBody<D> {
 
     /// Finds the faces in gaps that the grid does not resolve, by the arms to their centres (m).
     fn find_gaps(&mut self, around: &Surroundings<D>, k: usize, arms: &[Vec<Vector3<f64>>; D]) {
-        let (shape, kept) = (around.bodies[k].shape(), self.kept.as_ref());
+        let shape = around.bodies[k].shape();
+        let kept = self.kept.as_ref();
         for (axis, gaps) in self.gaps.iter_mut().enumerate() {
             let cuts = self.cuts[axis].iter().enumerate();
             for (n, cut) in cuts.filter(|(_, cut)| cut.solid_fraction < 1.0) {
@@ -405,7 +410,8 @@ impl<const D: usize> CutBody<D> {
     fn place_points(&mut self, around: &Surroundings<D>, k: usize) {
         self.points.clear();
         self.areas.clear();
-        let (grid, body) = (around.grid, &around.bodies[k]);
+        let grid = around.grid;
+        let body = &around.bodies[k];
         let bounds = body.shape().bounds(&around.orientation);
         let inside = Block::is_inside(grid, &body.centre, &bounds)
             .then(|| self.stencils.image(grid, body.centre));

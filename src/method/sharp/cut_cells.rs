@@ -45,7 +45,8 @@ impl<const D: usize> CutBody<D> {
         tight: f64,
     ) {
         let reach = self.reach(around, k, before, tight);
-        let (mut kept, mut feet) = (self.kept.take(), std::mem::take(&mut self.feet));
+        let mut kept = self.kept.take();
+        let mut feet = std::mem::take(&mut self.feet);
         if let Some(kept) = kept.as_mut().filter(|_| around.round.is_none()) {
             if !kept.sees {
                 let reach = self.reach(around, k, before, UNRESOLVED * around.h);
@@ -86,7 +87,8 @@ impl<const D: usize> CutBody<D> {
         reach: &Reach,
         mut found: impl FnMut(&mut CutBody<D>, SeenCell),
     ) {
-        let (grid, body) = (around.grid, &around.bodies[k]);
+        let grid = around.grid;
+        let body = &around.bodies[k];
         let mut touched_cells = 0;
         let extent = bounds.add_scalar(before.way.norm().max(reach.tight));
         let extent = extent.add_scalar(reach.beside);
@@ -157,7 +159,8 @@ impl<const D: usize> CutBody<D> {
             let next = SharedCell::next(&self.own_cells, cell, owned, 1.0, false);
             self.shared_own_cells.push(next);
         }
-        let (ownership, cut_change) = (owned, [0.0; D]);
+        let ownership = owned;
+        let cut_change = [0.0; D];
         self.own_cells.push(OwnCell { ownership, cut_change, cell });
         self.own_arms.push(arm);
     }
@@ -170,7 +173,8 @@ impl<const D: usize> CutBody<D> {
         owned: f64,
         feet: &[Foot],
     ) {
-        let (SeenCell { image, arm, cell, .. }, shared) = (seen, owned < 1.0);
+        let SeenCell { image, arm, cell, .. } = seen;
+        let shared = owned < 1.0;
         let Sight { s, cleared, .. } = seen.sight;
         let mut weight = 1.0;
         if let (true, [foot]) = (s > 0.0 && !cleared, feet) {
@@ -205,7 +209,9 @@ impl<const D: usize> CutBody<D> {
             let next = SharedCell::next(&self.ghost_cells, *cell, owned, weight, cleared);
             self.shared_ghost_cells.push(next);
         }
-        let (arm, cell, first) = (*arm, *cell, true);
+        let arm = *arm;
+        let cell = *cell;
+        let first = true;
         self.ghost_cells.push(GhostCell { arm, weight, cell, cleared, first });
     }
 

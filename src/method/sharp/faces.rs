@@ -26,7 +26,8 @@ impl<const D: usize> CutBodies<D> {
         acceleration: &PressureAcceleration<D>,
     ) -> Result<()> {
         let in_cells = (1.0 - own) * dt;
-        let (grid, acceleration) = (&domain.grid, &acceleration.faces);
+        let grid = &domain.grid;
+        let acceleration = &acceleration.faces;
         let State { u, faces, bodies, surfaces, .. } = s;
         let correction = &mut history(surfaces)?.correction;
         self.corrections_before.clear();
@@ -40,14 +41,17 @@ impl<const D: usize> CutBodies<D> {
         predict_open(grid, u, (keep_open, in_cells, dt), acceleration, correction, faces);
         let mut before = &self.corrections_before[..];
         for axis in 0..D {
-            let (q, correction, a) = (&u[axis], &mut correction[axis], &acceleration[axis]);
+            let q = &u[axis];
+            let correction = &mut correction[axis];
+            let a = &acceleration[axis];
             let open_part = OpenPart::new(grid, axis);
             for cut in self.bodies.iter() {
                 let (of_cuts, rest) = before.split_at(cut.cuts[axis].len());
                 let (of_gaps, rest) = rest.split_at(cut.gaps[axis].len());
                 before = rest;
                 for ((cut, centroids), before) in cut.faces(axis).zip(of_cuts) {
-                    let (at, open) = (cut.face as usize, open_part.mean(cut, centroids, q));
+                    let at = cut.face as usize;
+                    let open = open_part.mean(cut, centroids, q);
                     // Both of two bodies that cut a face count there, each with all of the
                     // correction.
                     if cut.first {
@@ -99,7 +103,8 @@ impl<const D: usize> CutBodies<D> {
         acceleration: &PressureAcceleration<D>,
         correction: &mut VectorField<D>,
     ) {
-        let (grid, acceleration) = (&domain.grid, &acceleration.faces);
+        let grid = &domain.grid;
+        let acceleration = &acceleration.faces;
         simd(
             #[inline(always)]
             || {
@@ -171,7 +176,8 @@ impl<const D: usize> OpenPart<D> {
     /// That of the two cells, moved to the centroid of its open part by the derivatives.
     #[inline(always)]
     fn mean(&self, cut: &Cut, centroids: &FaceCentroids<D>, q: &[f64]) -> f64 {
-        let (face, s) = (cut.face as usize, self.stride[self.axis]);
+        let face = cut.face as usize;
+        let s = self.stride[self.axis];
         let mut sum = 0.5 * (q[face] + q[face - s]);
         // Inside, where nothing is open, there is no such centroid.
         if centroids.open == [0.0; D] {

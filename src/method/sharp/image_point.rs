@@ -69,7 +69,8 @@ impl<const D: usize> Ray<'_, D> {
     /// The point so far `out` on the line.
     #[inline(always)]
     pub fn place(&self, out: f64) -> Place<D> {
-        let (mut first, mut after) = (f64::from(self.origin), [0.0; D]);
+        let mut first = f64::from(self.origin);
+        let mut after = [0.0; D];
         for a in 0..D {
             let x = self.start[a] + out * self.along[a];
             let cell = x.floor();
@@ -91,14 +92,16 @@ impl<const D: usize> Place<D> {
         let weights = self.after.map(weights_at);
         let rows = weights[1].map(|weight| simd.splat_f64s(weight));
         let planes = weights[D - 1].map(|weight| simd.splat_f64s(weight));
-        let (row, whole) = (grid.stride[1], 3 * grid.stride[1] + 4);
+        let row = grid.stride[1];
+        let whole = 3 * grid.stride[1] + 4;
         let mut sum = [0.0; D];
         for (sum, field) in sum.iter_mut().zip(u) {
             let mut columns = [simd.splat_f64s(0.0); 4];
             for k in 0..if D == 3 { 4 } else { 1 } {
                 // One range for the whole plane, so that its rows stay in registers.
                 let first = self.first + if D == 3 { k * grid.stride[D - 1] } else { 0 };
-                let (plane, mut part) = (&field[first..][..whole], [simd.splat_f64s(0.0); 4]);
+                let plane = &field[first..][..whole];
+                let mut part = [simd.splat_f64s(0.0); 4];
                 for j in 0..4 {
                     let (numbers, _) = S::as_simd_f64s(&plane[j * row..][..4]);
                     for (part, q) in part.iter_mut().zip(numbers) {
@@ -124,7 +127,10 @@ impl<const D: usize> Place<D> {
 #[inline(always)]
 fn weights_at(t: f64) -> [f64; 4] {
     const SIXTH: f64 = 1.0 / 6.0;
-    let (below, next, after) = (t + 1.0, t - 1.0, t - 2.0);
-    let (low, high) = (below * t, next * after);
+    let below = t + 1.0;
+    let next = t - 1.0;
+    let after = t - 2.0;
+    let low = below * t;
+    let high = next * after;
     [-SIXTH * t * high, 0.5 * below * high, -0.5 * low * after, SIXTH * low * next]
 }

@@ -36,7 +36,8 @@ impl<const D: usize> Sharp<D> {
         s: &mut State<D>,
         new: impl Fn(usize) -> bool,
     ) -> Result<()> {
-        let (p, drive) = (s.p.clone(), s.drive);
+        let p = s.p.clone();
+        let drive = s.drive;
         // What the last surface changed of the cells, and the last step of the faces, stays what it
         // was.
         shift(&mut history(&mut s.surfaces)?.before_forcing, -1.0, &s.u);

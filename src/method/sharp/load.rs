@@ -65,7 +65,8 @@ impl<const D: usize> CutBodies<D> {
             return force;
         }
         for axis in 0..D {
-            let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+            let s = grid.stride[axis];
+            let area = grid.cell_volume() / grid.h[axis];
             // Sums that do not wait for each other.
             let mut sums = [0.0; 4];
             for cuts in self.bodies[k].cuts[axis].chunks(sums.len()) {
@@ -93,7 +94,8 @@ impl<const D: usize> CutBodies<D> {
         for (j, way) in &self.joined[k] {
             let cut_body = &self.bodies[*j];
             for axis in 0..D {
-                let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+                let s = grid.stride[axis];
+                let area = grid.cell_volume() / grid.h[axis];
                 let faces = cut_body.faces(axis).zip(&cut_body.owners[axis]);
                 for ((cut, centroids), owners) in faces.filter(|((cut, _), _)| cut.owned) {
                     let face = cut.face as usize;
@@ -126,7 +128,8 @@ impl<const D: usize> CutBodies<D> {
             return torque;
         }
         for axis in 0..D {
-            let (s, area) = (grid.stride[axis], grid.cell_volume() / grid.h[axis]);
+            let s = grid.stride[axis];
+            let area = grid.cell_volume() / grid.h[axis];
             for (cut, centroids) in self.bodies[k].faces(axis).filter(|(cut, _)| cut.owned) {
                 let face = cut.face as usize;
                 let mut force = Vector3::zeros();
@@ -145,7 +148,9 @@ impl<const D: usize> CutBodies<D> {
         k: usize,
         u: &VectorField<D>,
     ) -> (Vector3<f64>, Vector3<f64>) {
-        let (cut, grid, viscosity) = (&self.bodies[k], &domain.grid, domain.fluid.viscosity);
+        let cut = &self.bodies[k];
+        let grid = &domain.grid;
+        let viscosity = domain.fluid.viscosity;
         Arch::new().dispatch(WallShear { cut, bodies, k, grid, u, viscosity })
     }
 
@@ -159,7 +164,8 @@ impl<const D: usize> CutBodies<D> {
         u: &VectorField<D>,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
-        let (mut momentum, mut swirl) = (Vector3::zeros(), Vector3::zeros());
+        let mut momentum = Vector3::zeros();
+        let mut swirl = Vector3::zeros();
         for o in &self.bodies[k].solid {
             let own = (mass * o.fraction) * (vector(u, o.cell) - body.velocity_at(&o.arm));
             momentum += own;
@@ -185,7 +191,8 @@ impl<const D: usize> WithSimd for WallShear<'_, D> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let WallShear { cut, bodies, k, grid, u, viscosity } = self;
-        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+        let mut force = Vector3::zeros();
+        let mut torque = Vector3::zeros();
         let flow = Flow { grid, u, bodies, k };
         cut.stencils.values(
             simd,
@@ -246,7 +253,8 @@ impl<const D: usize> Sharp<D> {
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, momentum) in momenta.iter().enumerate() {
             let ExchangedMomentum { linear: given, angular: spun } = momentum.exchanged;
-            let (body, motion) = (&s.bodies[k], &mut self.motions[k]);
+            let body = &s.bodies[k];
+            let motion = &mut self.motions[k];
             let (inside, swirl) = momentum.whole(domain.fluid.density, body);
             let before = std::mem::replace(&mut histories[k].inside, (inside, swirl));
             // Momentum that advection loses by itself is nobody's force.
@@ -312,7 +320,8 @@ impl<const D: usize> Sharp<D> {
     /// nearest points, or a wall to a body: whose it is of what the fluid lost there the cells
     /// cannot tell, and taken in with a delay it would be spurious work. The sum of a pair's stays.
     fn share_force_defect(&mut self, domain: &Domain<D>, bodies: &[Body]) {
-        let (cut, motions) = (&self.cut, &mut self.motions);
+        let cut = &self.cut;
+        let motions = &mut self.motions;
         self.passed_on = Vector3::zeros();
         for i in 0..bodies.len() {
             for &j in cut.near.near[i].iter().filter(|j| **j > i) {

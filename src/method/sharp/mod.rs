@@ -317,7 +317,8 @@ impl<const D: usize> Sharp<D> {
         momentum: Momentum<D>,
         contacts: Option<Contacts>,
     ) -> Sharp<D> {
-        let (n, cut) = (bodies.len(), CutBodies::new(domain, bodies));
+        let n = bodies.len();
+        let cut = CutBodies::new(domain, bodies);
         let fluid = &domain.fluid;
         let medium = Medium {
             density: fluid.density,

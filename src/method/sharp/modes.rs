@@ -59,7 +59,8 @@ impl Modes {
             return Ok(());
         }
         let Modes { oblong, weights, entries } = self;
-        let (volume, n) = (domain.grid.cell_volume(), bodies.len());
+        let volume = domain.grid.cell_volume();
+        let n = bodies.len();
         weights.clear();
         weights.resize((n + oblong.len()) * D, 0.0);
         entries.clear();
@@ -76,7 +77,8 @@ impl Modes {
             }
         }
         for (i, k) in oblong.iter().map(|k| *k as usize).enumerate() {
-            let (cut, radius) = (&cut.bodies[k], bodies[k].radius());
+            let cut = &cut.bodies[k];
+            let radius = bodies[k].radius();
             // Velocities per radius, so that these modes are of the size of the others.
             let inverse_mass = SymmetricEigen::new(radius * radius * motions[k].turns);
             let axes = (0..3)

@@ -171,7 +171,8 @@ impl<const D: usize> Sharp<D> {
         let _logged = domain.session.log(LogStage::Bodies)?;
         self.find_displaced(domain, &s.bodies)?;
         let forces = surface_forces(domain, &self.cut, s, &mut self.work.sums)?;
-        let (fluid, h) = (&domain.fluid, self.cut.h);
+        let fluid = &domain.fluid;
+        let h = self.cut.h;
         let unit = (fluid.viscosity / h, slope_weights());
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, forces) in forces.iter().enumerate() {
@@ -314,6 +315,7 @@ fn turning(
 /// and what it was before only feeds an oscillation (nothing but added mass resists pressure, but
 /// nothing adds inertia to a disc's spin).
 fn inertial_share(body: &Body, turn: &Inertia, dt: f64) -> Vector3<f64> {
-    let (own, resisted) = (body.inertia(), body.inertia().plus(dt, turn));
+    let own = body.inertia();
+    let resisted = body.inertia().plus(dt, turn);
     Vector3::from_fn(|a, _| body.freedom().map_or(1.0, |_| own.about(a) / resisted.about(a)))
 }

@@ -69,7 +69,8 @@ impl NearBodies {
             });
         }
         for &obstacle in obstacles.iter() {
-            let (wall, orientation) = (&bodies[obstacle], bodies[obstacle].orientation());
+            let wall = &bodies[obstacle];
+            let orientation = bodies[obstacle].orientation();
             for (i, body) in bodies.iter().enumerate().filter(|(i, _)| *i != obstacle) {
                 if are_one(wall, body) {
                     continue;

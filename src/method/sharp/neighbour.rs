@@ -67,8 +67,10 @@ impl Neighbour {
         periods: &[Option<f64>; 3],
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
-        let (orientation, round) = (bodies[k].orientation(), round(&bodies[k]));
-        let (near, whole) = (reach + 2.0 * bodies[k].radius(), bodies[k].shape().is_obstacle());
+        let orientation = bodies[k].orientation();
+        let round = round(&bodies[k]);
+        let near = reach + 2.0 * bodies[k].radius();
+        let whole = bodies[k].shape().is_obstacle();
         let lengths = periods
             .iter()
             .enumerate()
@@ -92,7 +94,8 @@ impl Neighbour {
         boundaries: &Boundaries<D>,
         reach: f64,
     ) -> impl Iterator<Item = Neighbour> {
-        let (body, round) = (&bodies[k], round(&bodies[k]));
+        let body = &bodies[k];
+        let round = round(&bodies[k]);
         let slips = |axis: usize, side: usize| {
             matches!(boundaries.kinds[axis][side], Some(BoundaryKind::Slip))
         };
@@ -104,7 +107,8 @@ impl Neighbour {
             if 2.0 * to.abs() > reach + 2.0 * body.radius() || body.shape().is_obstacle() {
                 return None;
             }
-            let (mut apart, mut plane) = (Vector3::zeros(), Matrix3::identity());
+            let mut apart = Vector3::zeros();
+            let mut plane = Matrix3::identity();
             (apart[axis], plane[(axis, axis)]) = (2.0 * to, -1.0);
             // No rotation: what is at x of the body's own axes is at its image there.
             let orientation =
@@ -120,7 +124,8 @@ impl Neighbour {
         orientation: Orientation,
         mirror: Option<usize>,
     ) -> Neighbour {
-        let (round, radius) = (round(body), body.radius());
+        let round = round(body);
+        let radius = body.radius();
         Neighbour { body: number, apart, orientation, mirror, round, radius, grazes: 0.0 }
     }
 

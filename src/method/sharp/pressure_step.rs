@@ -146,7 +146,8 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
 impl<const D: usize> Following<'_, D> {
     /// Gives the bodies that pressure turns its torque over the step `dt` (s).
     fn follow_turning(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
-        let (cut, bodies) = (self.coupled.cut(), self.coupled.bodies());
+        let cut = self.coupled.cut();
+        let bodies = self.coupled.bodies();
         let own = |k: usize| cut.pressure_torque(grid, &bodies[k], k, phi);
         let Sums { vectors, messages, .. } = &mut *self.sums;
         let torques = vectors.sum_here(self.session, &cut.reach, messages, own)?;
@@ -170,7 +171,8 @@ impl<const D: usize> Following<'_, D> {
             return Ok(());
         }
         let Following { session, coupled, motions, sums, .. } = self;
-        let (reach, bodies) = (&coupled.cut().reach, coupled.bodies());
+        let reach = &coupled.cut().reach;
+        let bodies = coupled.bodies();
         let own = |k: usize| Response {
             velocity: bodies[k].velocity,
             spin: bodies[k].spin,

@@ -86,7 +86,8 @@ impl SeenCell {
         feet: &mut Vec<Foot>,
         near: &mut Vec<Nearest>,
     ) {
-        let (Sight { s, normal, cleared }, first) = (self.sight, feet.len() as u32);
+        let Sight { s, normal, cleared } = self.sight;
+        let first = feet.len() as u32;
         let body = &around.bodies[k];
         let outside = s > 0.0 && !cleared;
         near.clear();
@@ -150,7 +151,8 @@ impl Reach {
         touched: bool,
         known: &mut Known,
     ) -> Option<Sight> {
-        let (orientation, point) = (&around.orientation, Vector3::zeros());
+        let orientation = &around.orientation;
+        let point = Vector3::zeros();
         let far = self.tight.max(self.way).max(self.beside);
         if !touched
             && around.round.is_none()

@@ -94,7 +94,8 @@ impl SharedCells {
     pub fn share_targets<const D: usize>(&self, bodies: &mut [CutBody<D>], cleared: bool) {
         for (parts, _) in by_cell(&self.parts) {
             let setting = || parts.iter().filter(|part| cleared || !part.shared.cleared);
-            let (mut sum, mut weights) = (Vector3::zeros(), 0.0);
+            let mut sum = Vector3::zeros();
+            let mut weights = 0.0;
             for part in setting() {
                 let (body, place) = part.at();
                 let weight = part.shared.owned * part.shared.weight;

@@ -185,7 +185,8 @@ impl<const D: usize> Stencils<D> {
     ) -> Option<Cubic> {
         let gap = around.gap(&image.centre, normal);
         let clear = around.clear_of_corners(normal, gap.width);
-        let (s, gap) = (s / around.h, gap.width / around.h);
+        let s = s / around.h;
+        let gap = gap.width / around.h;
         // As deep as the first image point is far, it needs no more ghosts than the parabola.
         let shallow = 1.0 - smooth_step(-s, IMAGE_POINT, IMAGE_POINT + BLENDING_WIDTH);
         // Its third image point keeps off what lies across.
@@ -199,7 +200,8 @@ impl<const D: usize> Stencils<D> {
         let image_points: [_; 3] =
             std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
         let stencil = self.stencil(image, normal, image_points, 0.0, Other::Nothing);
-        let (cubic, added) = (Reading { stencil, ..*own }, Vector3::zeros());
+        let cubic = Reading { stencil, ..*own };
+        let added = Vector3::zeros();
         Some(Cubic { cubic, profile: profile as u32, part, added })
     }
 

@@ -30,8 +30,10 @@ impl<const D: usize> Sharp<D> {
         let mut most = [faces::fastest(&domain.grid, &s.faces), f64::from(crowded)];
         domain.session.max(&mut most)?;
         let [speed, crowded] = [most[0], most[1]];
-        let (h, nu) = (self.cut.h, domain.fluid.viscosity / domain.fluid.density);
-        let (courant, diffusion) = (dt * speed / h, nu * dt / (h * h));
+        let h = self.cut.h;
+        let nu = domain.fluid.viscosity / domain.fluid.density;
+        let courant = dt * speed / h;
+        let diffusion = nu * dt / (h * h);
         let rest = all_fixed(&s.bodies);
         // Of cells that are longer one way it goes by the way that they are short: what faces
         // remember is of that size.
@@ -46,7 +48,9 @@ impl<const D: usize> Sharp<D> {
         };
         let short = (PRESSURE_TIME / diffusion).min(CORRECTION_COURANT / courant);
         let own = if rest { short.min(1.0) } else { 1.0 };
-        let (keep, keep_open, crowded) = (kept(cut), kept(open), crowded > 0.0);
+        let keep = kept(cut);
+        let keep_open = kept(open);
+        let crowded = crowded > 0.0;
         Ok(StepNumbers { courant, diffusion, keep, keep_open, own, crowded })
     }
 
@@ -79,7 +83,8 @@ impl<const D: usize> Sharp<D> {
             domain.clock.lap(Stage::Assembly);
         }
         if numbers.keep > 0.0 || numbers.crowded {
-            let (surfaces, stage) = (history(&mut s.surfaces)?, &mut self.work.stage);
+            let surfaces = history(&mut s.surfaces)?;
+            let stage = &mut self.work.stage;
             copy(&s.u, stage);
             if moves {
                 // The drive has not accelerated the fluid of this step yet, nor the bodies beside
@@ -125,7 +130,8 @@ impl<const D: usize> Sharp<D> {
         let _logged = domain.session.log(LogStage::Prediction)?;
         self.work.exchanged.fill(Default::default());
         if let Some(forces) = &mut domain.forces {
-            let (bodies, exchanged) = (&self.cut.bodies, &mut self.work.exchanged);
+            let bodies = &self.cut.bodies;
+            let exchanged = &mut self.work.exchanged;
             let bodies = bodies.each().map(|(k, body)| (k, &body.solid[..]));
             forces.share(&domain.session, &domain.grid, bodies, |k, arm, force| {
                 exchanged[k].add(arm, &(dt * force));
@@ -153,10 +159,12 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<Sides> {
         let Sharp { mixture, momentum, cut, acceleration, work, .. } = self;
-        let (scheme, mut sides) = (momentum.scheme, Sides::zeros());
+        let scheme = momentum.scheme;
+        let mut sides = Sides::zeros();
         for (k, &weight) in scheme.weights.iter().enumerate() {
             if k > 0 {
-                let (u, part) = (&mut work.stage, scheme.stages[k - 1].1);
+                let u = &mut work.stage;
+                let part = scheme.stages[k - 1].1;
                 momentum.start_stage(domain, k, &s.u, &acceleration.faces, dt, u);
                 cut.add_cut_cells(domain, part * dt, None, u);
                 if part == 1.0 {
@@ -169,7 +177,8 @@ impl<const D: usize> Sharp<D> {
                 domain.boundaries.fill_stencils(&mut work.stage)?;
                 domain.clock.lap(Stage::Ghosts);
             }
-            let (u, carrier) = (if k == 0 { &s.u } else { &work.stage }, momentum.carrier(s, dt));
+            let u = if k == 0 { &s.u } else { &work.stage };
+            let carrier = momentum.carrier(s, dt);
             if s.balance.is_some() {
                 sides += weight
                     * boundary::stress(

@@ -41,7 +41,8 @@ impl<const D: usize> Stencils<D> {
         mut take: impl FnMut(&Reading, Vector3<f64>),
     ) {
         for readings in readings.chunks(MANY) {
-            let (mut places, mut count) = ([Place::<D>::NONE; MOST * MANY], 0);
+            let mut places = [Place::<D>::NONE; MOST * MANY];
+            let mut count = 0;
             for Reading { arm, stencil, .. } in readings {
                 let ray = self.ray(stencil, arm);
                 for image_point in self.image_points_of(stencil) {
@@ -64,7 +65,8 @@ impl<const D: usize> Stencils<D> {
 
     /// The value of one.
     pub fn value(&self, reading: &Reading, flow: &Flow<D>) -> Vector3<f64> {
-        let (one, mut value) = (std::slice::from_ref(reading), Vector3::zeros());
+        let one = std::slice::from_ref(reading);
+        let mut value = Vector3::zeros();
         self.values(pulp::Scalar::new(), one, flow, None, |_, found| value = found);
         value
     }
@@ -79,7 +81,8 @@ impl<const D: usize> Stencils<D> {
         limit: Option<(f64, f64)>,
     ) -> Vector3<f64> {
         let (rest, turning) = self.rigid(stencil, arm, &bodies[*k]);
-        let (mut sum, mut first) = (Vector3::zeros(), None);
+        let mut sum = Vector3::zeros();
+        let mut first = None;
         for (image_point, seen) in self.image_points_of(stencil).iter().zip(seen) {
             let relative = vector(seen) - (rest + image_point.out * turning);
             first.get_or_insert(relative);
@@ -87,7 +90,8 @@ impl<const D: usize> Stencils<D> {
         }
         if let (Some((limit, largest)), Some(first)) = (limit, first) {
             // first <= limit: the layer is resolved. By squares, as hardly any is limited.
-            let (first, size) = (first.norm_squared(), sum.norm_squared());
+            let first = first.norm_squared();
+            let size = sum.norm_squared();
             let factor = if first <= limit * limit { first } else { limit * limit };
             let most = first.max(largest * largest * factor);
             if size > most {
@@ -119,7 +123,8 @@ impl<const D: usize> Stencils<D> {
     /// The line of a stencil through the cells.
     #[inline(always)]
     fn ray(&self, stencil: &Stencil, arm: &Vector3<f64>) -> Ray<'_, D> {
-        let (mut start, mut along) = (self.centre, [0.0; D]);
+        let mut start = self.centre;
+        let mut along = [0.0; D];
         let inverse_h = &self.lattice.inverse_h;
         let line = self.lines.get(stencil.line as usize);
         for a in 0..D {

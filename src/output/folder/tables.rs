@@ -121,8 +121,11 @@ impl Folder {
             r.wall
         ));
         if let Some(a) = &s.balance {
-            let (m, b) = (&a.momentum, &a.impulses.boundary());
-            let (substeps, error, angular) = (s.substeps, a.error.amax(), a.angular_error);
+            let m = &a.momentum;
+            let b = &a.impulses.boundary();
+            let substeps = s.substeps;
+            let error = a.error.amax();
+            let angular = a.angular_error;
             self.steps.put(format_args!(
                 ",{substeps},{:e},{:e},{:e},{:e},{:e},{:e},{error:e},{angular:e}",
                 m.x, m.y, m.z, b.x, b.y, b.z
@@ -160,8 +163,11 @@ impl Folder {
             self.passages = Some(Rows::create(&self.path.join(PASSAGES), PASSAGE_COLUMNS)?);
         }
         let Some(rows) = &mut self.passages else { return Ok(()) };
-        let (c, v) = (body.centre, body.velocity);
-        let (id, mass, diameter) = (body.id, body.mass(), body.shape().diameter());
+        let c = body.centre;
+        let v = body.velocity;
+        let id = body.id;
+        let mass = body.mass();
+        let diameter = body.shape().diameter();
         rows.add(format_args!(
             "{step},{time:?},{id},{what},{mass:?},{diameter:?},{:?},{:?},{:?},{:?},{:?},{:?}",
             c.x, c.y, c.z, v.x, v.y, v.z

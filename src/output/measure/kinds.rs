@@ -153,7 +153,8 @@ impl View<'_> {
     }
 
     fn across(&self) -> f64 {
-        let (force, direction) = (self.force(self.particle), self.direction());
+        let force = self.force(self.particle);
+        let direction = self.direction();
         (force - force.dot(&direction) * direction).norm() / self.force_scale
     }
 
@@ -208,7 +209,8 @@ impl View<'_> {
 /// none.
 pub(super) fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
     let depth = samples.iter().map(|s| level - s.1).fold(0.0, f64::max);
-    let (mut armed, mut crossings) = (false, Vec::new());
+    let mut armed = false;
+    let mut crossings = Vec::new();
     for w in samples.windows(2) {
         armed |= level - w[0].1 > 0.1 * depth;
         if armed && w[0].1 < level && w[1].1 >= level {
@@ -216,7 +218,8 @@ pub(super) fn frequency(samples: &[(f64, f64)], level: f64) -> Option<f64> {
             armed = false;
         }
     }
-    let (first, last) = (crossings.first()?, crossings.last()?);
+    let first = crossings.first()?;
+    let last = crossings.last()?;
     (crossings.len() > 1).then(|| (crossings.len() - 1) as f64 / (last - first))
 }
 
@@ -225,7 +228,8 @@ pub(super) fn period(samples: &[(f64, f64)]) -> Option<f64> {
     let &(end, angle) = samples.last()?;
     let left = |sample: &(f64, f64)| PI - (angle - sample.1).abs();
     let before = samples.iter().rposition(|sample| left(sample) <= 0.0)?;
-    let (a, b) = (&samples[before], &samples[before + 1]);
+    let a = &samples[before];
+    let b = &samples[before + 1];
     let began = a.0 + left(a) / (left(a) - left(b)) * (b.0 - a.0);
     Some(2.0 * (end - began))
 }

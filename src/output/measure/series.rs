@@ -50,7 +50,8 @@ pub fn series(case: &Case) -> Vec<Series> {
         // Of no use to what has none.
         let speed = m.speed.unwrap_or(f64::NAN);
         let diameter = case.particle.get(m.particle).map_or(1.0, |p| p.shape.diameter());
-        let (flat, circle) = (case.dimension() == 2, 0.25 * PI * diameter * diameter);
+        let flat = case.dimension() == 2;
+        let circle = 0.25 * PI * diameter * diameter;
         let volume = if flat { circle } else { 2.0 / 3.0 * diameter * circle };
         let frontal = |length: f64| if flat { length } else { 0.25 * PI * length * length };
         let length = m.length.unwrap_or(diameter);
@@ -83,7 +84,9 @@ impl Series {
 
     /// Goes on with what the same measure has found.
     pub fn take_over(&mut self, old: Series) {
-        let (measure, force_scale, rate) = (self.measure.clone(), self.force_scale, self.rate);
+        let measure = self.measure.clone();
+        let force_scale = self.force_scale;
+        let rate = self.rate;
         *self = Series { measure, force_scale, rate, ..old };
     }
 
@@ -188,7 +191,8 @@ impl Series {
     /// means over their steps, from the start of the first one on; of what is known at the ends of
     /// steps, by trapezia between them.
     fn mean(&self, samples: &[(f64, f64)], began: f64) -> Option<f64> {
-        let (first, last) = (samples.first()?, samples.last()?);
+        let first = samples.first()?;
+        let last = samples.last()?;
         let begin = if self.measure.kind.is_mean_of_step() { began } else { first.0 };
         if last.0 <= begin {
             return Some(first.1);
@@ -258,7 +262,8 @@ impl Series {
     /// # Errors
     /// When ranks cannot sum.
     pub fn take<const D: usize>(&mut self, scene: &Scene<D>, largest_speed: f64) -> Result<()> {
-        let (state, contacts) = (&scene.state, scene.method.contacts());
+        let state = &scene.state;
+        let contacts = scene.method.contacts();
         let (deepest, touched) = contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
         let step = Sample {
             time: state.time,
@@ -308,10 +313,12 @@ impl Series {
         if !self.measure.kind.counts_the_start() || self.measure.from > 0.0 || self.began > 0.0 {
             return None;
         }
-        let (first, last) = (self.samples.first()?, self.samples.last()?);
+        let first = self.samples.first()?;
+        let last = self.samples.last()?;
         let middle = 0.5 * (first.0 + last.0);
         let at = self.samples.partition_point(|sample| sample.0 <= middle);
-        let (value, began) = (self.value()?, self.samples.get(at.checked_sub(1)?)?.0);
+        let value = self.value()?;
+        let began = self.samples.get(at.checked_sub(1)?)?.0;
         let later = self.value_of(&self.samples[at..], began)?;
         let differs = (value - later).abs() > STEADY * value.abs().max(later.abs());
         // A lift is small beside the drag that scales it. Coefficients have no unit in 3D either.

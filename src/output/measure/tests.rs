@@ -43,11 +43,10 @@ fn with_keys(kinds: &[&str], keys: &str) -> Vec<Series> {
         format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\nfrom = 1.0\n{keys}\n")
     };
     let text = format!(
-        "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 9.0], cells = [8, 72] }}\n\
+        "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [1.0, 9.0], cells = [16, 144] }}\n\
          fluid = {{ density = 2.0, viscosity = 0.1, gravity = [0.0, -9.81] }}\n\
          boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
              }}\n\
-         coupling.wall = \"mixing\"\n\
          particle = [{{ shape = {{ disc = {{ diameter = 0.2 }} }}, position = [0.5, 8.0], \
          motion = {{ prescribed = {{\
          oscillation = {{ amplitude = [0.1, 0.0], frequency = 0.5 }} }} }} }}]\n{}",

@@ -36,7 +36,8 @@ impl ByRow {
         cells.resize(surface.cells.len(), RowCell::default());
         for (group, range) in (0u32..).zip(surface.begin.windows(2)) {
             for cell in &surface.cells[range[0]..range[1]] {
-                let (row, at) = (cell.row as usize / nx, cell.row % nx as u32);
+                let row = cell.row as usize / nx;
+                let at = cell.row % nx as u32;
                 cells[begin[row + 1] as usize] = RowCell { at, group, j: cell.j };
                 begin[row + 1] += 1;
             }

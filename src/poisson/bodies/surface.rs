@@ -67,7 +67,8 @@ impl SurfaceCells {
     pub fn collect(&mut self, lattice: &Lattice, inverse_h: &[f64; 3], first: usize) {
         let start = self.cells.len();
         for face in &self.faces[first..] {
-            let (axis, high) = (face.axis as usize, face.place as usize);
+            let axis = face.axis as usize;
+            let high = face.place as usize;
             let j = face.part * inverse_h[axis];
             for (here, value) in [(high - lattice.stride[axis], j), (high, -j)] {
                 if !(1..=lattice.n[axis]).contains(&lattice.along(here, axis)) {
@@ -109,7 +110,8 @@ impl SurfaceCells {
     /// the group's begin at `first`.
     pub fn take_faces(&mut self, own: &[Face], fine: &Level, coarse: &Level, first: usize) {
         // Faces of one mode and axis stand together; a place tells them apart within these only.
-        let (mut run_now, mut of_run) = (None, first);
+        let mut run_now = None;
+        let mut of_run = first;
         for face in own {
             let coarse_face = fine.coarse_face(coarse, face.axis as usize, face.place as usize);
             let Some((place, ratio)) = coarse_face else { continue };

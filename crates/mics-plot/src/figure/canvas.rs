@@ -187,7 +187,8 @@ impl Sheet {
         let size = (width * scale as u32, height * scale as u32);
         self.draw(BitMapBackend::with_buffer(&mut large, size), false)?;
         let mean = |k: usize| {
-            let (x, y) = (k / 3 % width as usize * scale, k / 3 / width as usize * scale);
+            let x = k / 3 % width as usize * scale;
+            let y = k / 3 / width as usize * scale;
             let block = (0..scale * scale).map(|b| (y + b / scale) * row + x + b % scale);
             (block.map(|at| usize::from(large[3 * at + k % 3])).sum::<usize>() / (scale * scale))
                 as u8

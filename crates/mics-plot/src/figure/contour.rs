@@ -68,16 +68,20 @@ impl Nodes<'_> {
 
     fn place(&self, i: usize, j: usize) -> Point {
         let along = |k: usize, axis: usize| {
-            let (cells, size) = (self.plane.cells[axis] as f64, self.plane.size[axis]);
+            let cells = self.plane.cells[axis] as f64;
+            let size = self.plane.size[axis];
             ((k as f64 - 0.5) * size / cells).clamp(0.0, size)
         };
         [along(i, 0), along(j, 1)]
     }
 
     fn crossing(&self, (i, j, axis): Side, level: f64) -> Point {
-        let (next_i, next_j) = (i + 1 - axis, j + axis);
-        let (a, b) = (self.value(i, j), self.value(next_i, next_j));
-        let (from, to) = (self.place(i, j), self.place(next_i, next_j));
+        let next_i = i + 1 - axis;
+        let next_j = j + axis;
+        let a = self.value(i, j);
+        let b = self.value(next_i, next_j);
+        let from = self.place(i, j);
+        let to = self.place(next_i, next_j);
         let part = (level - a) / (b - a);
         [0, 1].map(|k| from[k] + part * (to[k] - from[k]))
     }
@@ -117,7 +121,8 @@ impl Nodes<'_> {
 
 /// Takes a line out of the links, from a side on.
 fn follow(links: &mut BTreeMap<Side, Vec<Side>>, start: Side) -> Vec<Side> {
-    let (mut line, mut at) = (vec![start], start);
+    let mut line = vec![start];
+    let mut at = start;
     while let Some(next) = links.get_mut(&at).and_then(Vec::pop) {
         if let Some(back) = links.get_mut(&next) {
             back.retain(|side| *side != at);

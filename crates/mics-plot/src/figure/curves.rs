@@ -155,9 +155,12 @@ fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
     let top = MARGIN + if first.title.is_empty() { 0 } else { LARGE + MARGIN / 2 } + small;
     let middle = MARGIN + if beside { ys[0].room() } else { room } + whole / 2;
 
-    let (mut at, mut right, mut bottom) = ((MARGIN, top), 0, top);
+    let mut at = (MARGIN, top);
+    let mut right = 0;
+    let mut bottom = top;
     for (k, (panel, y)) in panels.iter().zip(ys).enumerate() {
-        let (axes, extent) = (panel.0, extents[k]);
+        let axes = panel.0;
+        let extent = extents[k];
         let in_x = match axes.frame {
             Some([width, _]) => 0.0..width,
             None if beside => padded(everything[k].iter().map(|point| point.0), 0.03),
@@ -192,7 +195,8 @@ fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
 /// Draws a plot with its legend into its frame; returns how far to the right it reaches.
 fn plot(sheet: &mut Sheet, (axes, series): Panel, frame: &Frame) -> i32 {
     frame.grid(sheet);
-    let (top, bottom) = (frame.corner.1, frame.corner.1 + frame.extent.1);
+    let top = frame.corner.1;
+    let bottom = frame.corner.1 + frame.extent.1;
     let cut = |pixel: Pixel| {
         if axes.range_y.is_some() { (pixel.0, pixel.1.clamp(top, bottom)) } else { pixel }
     };
@@ -251,7 +255,8 @@ fn ranks(series: &[Series]) -> Vec<usize> {
 /// Whether two lines are one on paper.
 fn coincide(a: &[Vec<Pixel>], b: &[Vec<Pixel>]) -> bool {
     let near = |(p, q): (&Pixel, &Pixel)| p.0 == q.0 && (p.1 - q.1).abs() <= SCALE;
-    let (mut a, mut b) = (a.iter().flatten(), b.iter().flatten());
+    let mut a = a.iter().flatten();
+    let mut b = b.iter().flatten();
     let mut any = false;
     loop {
         match (a.next(), b.next()) {
@@ -346,13 +351,15 @@ fn legend(
     let widths = entries.iter().map(|(label, ..)| canvas::width(label, SMALL));
     let Some(widest) = widths.max() else { return right };
     // The font of a viewer of the SVG may be wider.
-    let (width, height) = (widest * 11 / 10 + SAMPLE + 3 * PAD, ROW * entries.len() as i32 + PAD);
+    let width = widest * 11 / 10 + SAMPLE + 3 * PAD;
+    let height = ROW * entries.len() as i32 + PAD;
     let free = (extent.0 - width - 2 * PAD, extent.1 - height - 2 * PAD);
     let corner =
         |(i, j): (i32, i32)| (left + PAD + i * free.0 / PLACES, top + PAD + j * free.1 / PLACES);
     let covered = |place: &(i32, i32)| {
         let (x, y) = corner(*place);
-        let (columns, rows) = (x - PAD..x + width + PAD, y - PAD..y + height + PAD);
+        let columns = x - PAD..x + width + PAD;
+        let rows = y - PAD..y + height + PAD;
         drawn.iter().filter(|at| columns.contains(&at.0) && rows.contains(&at.1)).count()
     };
     let edges = (0..=PLACES).flat_map(|k| [(k, 0), (k, PLACES), (0, k), (PLACES, k)]);
@@ -379,7 +386,8 @@ fn legend(
             }
             SeriesStyle::Spread | SeriesStyle::Wall => {}
         }
-        let (at, anchor) = ((x + 2 * PAD + SAMPLE, middle), (HPos::Left, VPos::Center));
+        let at = (x + 2 * PAD + SAMPLE, middle);
+        let anchor = (HPos::Left, VPos::Center);
         sheet.text(label, SMALL, at, anchor, FontTransform::None);
     }
     if beside { x + width } else { right }
@@ -405,7 +413,8 @@ fn thinned(run: &[Pixel]) -> Vec<Pixel> {
     let mut points: Vec<Pixel> = columns
         .flat_map(|column| {
             let ys = || column.iter().map(|point| point.1);
-            let (x, last) = (column[0].0, column[column.len() - 1].1);
+            let x = column[0].0;
+            let last = column[column.len() - 1].1;
             [Some(column[0].1), ys().min(), ys().max(), Some(last)].map(|y| (x, y.unwrap_or(last)))
         })
         .collect();

@@ -55,7 +55,8 @@ impl Disc {
         }
         let ([x, y], length) = (self.local(a).map(|d| -d), distance(a, b));
         let [dx, dy] = [0, 1].map(|k| (b[k] - a[k]) / length);
-        let (nearest, aside) = (x * dx + y * dy, x * dy - y * dx);
+        let nearest = x * dx + y * dy;
+        let aside = x * dy - y * dx;
         let half = (self.radius * self.radius - aside * aside).sqrt();
         let [enters, leaves] =
             [nearest - half, nearest + half].map(|way| (way / length).clamp(0.0, 1.0));
@@ -68,13 +69,16 @@ impl Disc {
 
     /// The parts of the way between two points at which it crosses the outline.
     fn crossings(&self, from: Point, to: Point) -> Vec<f64> {
-        let (a, b) = (self.local(from), self.local(to));
+        let a = self.local(from);
+        let b = self.local(to);
         let way = [b[0] - a[0], b[1] - a[1]];
         let crossing = |(c, d): (Point, Point)| {
-            let (along, gap) = ([d[0] - c[0], d[1] - c[1]], [c[0] - a[0], c[1] - a[1]]);
+            let along = [d[0] - c[0], d[1] - c[1]];
+            let gap = [c[0] - a[0], c[1] - a[1]];
             let cross = |u: Point, v: Point| u[0] * v[1] - u[1] * v[0];
             let across = cross(way, along);
-            let (part, other) = (cross(gap, along) / across, cross(gap, way) / across);
+            let part = cross(gap, along) / across;
+            let other = cross(gap, way) / across;
             ((0.0..=1.0).contains(&part) && (0.0..=1.0).contains(&other)).then_some(part)
         };
         self.outline.iter().flat_map(|ring| edges(ring)).filter_map(crossing).collect()
@@ -115,7 +119,8 @@ mod tests {
     /// The right angle with a quarter left out, about (1, 1).
     fn corner() -> Disc {
         let ring = [[-1.0, -1.0], [1.0, -1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0], [-1.0, 1.0]];
-        let (outline, radius) = (vec![ring.to_vec()], 2.0_f64.sqrt());
+        let outline = vec![ring.to_vec()];
+        let radius = 2.0_f64.sqrt();
         Disc { centre: [1.0, 1.0], radius, outline, ..Disc::default() }
     }
 

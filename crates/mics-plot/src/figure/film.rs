@@ -202,8 +202,10 @@ impl Frame {
     fn differs(&self, other: &Frame) -> ((u32, u32), (u32, u32)) {
         let width = self.size.0 as usize;
         let rows = || self.pixels.chunks_exact(width).zip(other.pixels.chunks_exact(width));
-        let (mut left, mut right) = (width, 0);
-        let (mut top, mut bottom) = (usize::MAX, 0);
+        let mut left = width;
+        let mut right = 0;
+        let mut top = usize::MAX;
+        let mut bottom = 0;
         for (y, (a, b)) in rows().enumerate().filter(|(_, (a, b))| a != b) {
             let apart = |k: &usize| a[*k] != b[*k];
             left = (0..left).find(apart).unwrap_or(left);

@@ -344,7 +344,8 @@ fn in_plane(ring: Vec<Point>, size: [f64; 2]) -> Vec<Point> {
 fn clipped(ring: Vec<Point>, m: [f64; 3]) -> Vec<Point> {
     let depth = |point: Point| m[0] * point[0] + m[1] * point[1] + m[2];
     let sides = ring.iter().zip(ring.iter().cycle().skip(1)).flat_map(|(&a, &b)| {
-        let (inside, crosses) = (depth(a) > 0.0, (depth(a) > 0.0) != (depth(b) > 0.0));
+        let inside = depth(a) > 0.0;
+        let crosses = (depth(a) > 0.0) != (depth(b) > 0.0);
         let part = depth(a) / (depth(a) - depth(b));
         let crossing = [0, 1].map(|k| a[k] + part * (b[k] - a[k]));
         [inside.then_some(a), crosses.then_some(crossing)]

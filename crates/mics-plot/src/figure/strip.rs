@@ -52,7 +52,8 @@ pub fn vorticity_strip(
     let [low, high] = strip.range();
     let limit = high.max(-low);
     let interval = interval.unwrap_or_else(|| round_down(limit / 4.0));
-    let (coloured, lined) = ((limit / interval).ceil(), paint::limit(&strip.planes(), LINED));
+    let coloured = (limit / interval).ceil();
+    let lined = paint::limit(&strip.planes(), LINED);
     if !(interval > 0.0 && coloured <= LEVELS) {
         let why = format!(
             "contour lines every {interval} 1/s are too many where {limit:.3} 1/s is common"
@@ -125,7 +126,8 @@ pub fn streamlines_strip(panels: &[Plane], title: &str, stem: &Path) -> Result<[
 /// When there is no plane, one's values do not fill its cells, or a file cannot be written.
 pub fn field_strip(panels: &[Plane], title: &str, stem: &Path) -> Result<[PathBuf; 2]> {
     let strip = Strip::new(panels, stem)?;
-    let (quantity, palette) = (strip.quantity(), Palette::showing(strip.quantity(), strip.range()));
+    let quantity = strip.quantity();
+    let palette = Palette::showing(strip.quantity(), strip.range());
     let mut sheet = Sheet::default();
     let title = format!("{title}: {}", quantity.name());
     let (size, _) =
@@ -209,7 +211,8 @@ impl<'a> Strip<'a> {
 
     /// A panel with its axes: numbers and labels only on the left and below.
     fn plot(&self, index: usize) -> Frame {
-        let (column, row) = ((index % self.columns) as i32, (index / self.columns) as i32);
+        let column = (index % self.columns) as i32;
+        let row = (index / self.columns) as i32;
         let (plane, (width, height)) = (&self.panels[index], self.extent);
         Frame {
             corner: (

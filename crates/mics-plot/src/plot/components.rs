@@ -83,7 +83,8 @@ impl Vector<'_> {
             self.notes.push(format!("along {} it is zero{rounding}", along(&zero)));
         }
         if !small.is_empty() {
-            let (axes, size) = (along(&small), most_of(&small, sizes));
+            let axes = along(&small);
+            let size = most_of(&small, sizes);
             self.notes.push(format!("along {axes} it is below {size:.1e} {unit} and not drawn"));
         }
     }
@@ -114,8 +115,10 @@ fn without_peaks(series: &[Series]) -> Option<[f64; 2]> {
     let mut values: Vec<f64> =
         series.iter().flat_map(|one| &one.points).map(|p| p.1).filter(|v| v.is_finite()).collect();
     values.sort_by(f64::total_cmp);
-    let (low, high) = (quantile(&values, PEAKS), quantile(&values, 1.0 - PEAKS));
-    let (first, last) = (values.first()?, values.last()?);
+    let low = quantile(&values, PEAKS);
+    let high = quantile(&values, 1.0 - PEAKS);
+    let first = values.first()?;
+    let last = values.last()?;
     let pad = 0.1 * (high - low);
     (pad > 0.0 && last - first > WIDER * (high - low)).then_some([low - pad, high + pad])
 }

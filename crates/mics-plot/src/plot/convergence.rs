@@ -62,7 +62,9 @@ impl StepSolves {
         let head = reader.headers().map_err(|_| strange())?.clone();
         let columns: HashMap<&str, usize> = head.iter().enumerate().map(|(k, n)| (n, k)).collect();
         let column = |name: &str| columns.get(name).copied().ok_or_else(strange);
-        let (step, when, norm) = (column("step")?, column("time")?, column("norm")?);
+        let step = column("step")?;
+        let when = column("time")?;
+        let norm = column("norm")?;
         let mut numbers = [0; 7];
         let names = ["projection", "outer_iteration", "attempt", "krylov_iteration", "residual"];
         let names = names.iter().chain(&["tolerance", "divergence_before"]);
@@ -155,7 +157,8 @@ pub fn convergence(run: &Path, limit: f64, time: Option<f64>) -> Result<Option<C
     let last = |solve: &&Solve| Some((solve.residuals.last()?.0, solve.tolerance?));
     let tolerances: Vec<_> = shown.iter().filter_map(last).collect();
     if !tolerances.is_empty() {
-        let (label, style) = ("tolerance of each".into(), SeriesStyle::Markers);
+        let label = "tolerance of each".into();
+        let style = SeriesStyle::Markers;
         series.push(Series { label, points: tolerances, style });
     }
     let of = if shown.len() < found.solves.len() {
@@ -195,14 +198,17 @@ pub fn convergence(run: &Path, limit: f64, time: Option<f64>) -> Result<Option<C
 /// # Errors
 /// As [`StepSolves::read`].
 pub fn of_runs(runs: &[(&str, &Path, f64)], time: Option<f64>) -> Result<Option<Chart>> {
-    let (mut divergence, mut limits, mut residual) = (Vec::new(), Vec::new(), Vec::new());
+    let mut divergence = Vec::new();
+    let mut limits = Vec::new();
+    let mut residual = Vec::new();
     let mut norms: Vec<&str> = Vec::new();
     for (label, folder, limit) in runs {
         let Some(found) = StepSolves::read(folder, time)? else { continue };
         let mut lines = divergences(&found, *limit);
         limits.extend(lines.pop().filter(|limit| is_new(&limits, limit)));
         divergence.extend(lines.into_iter().map(|line| Series { label: (*label).into(), ..line }));
-        let (mut points, mut before) = (Vec::new(), 0.0);
+        let mut points = Vec::new();
+        let mut before = 0.0;
         for solve in &found.solves {
             points.extend(solve.residuals.iter().map(|(k, residual)| (before + k, *residual)));
             points.push((f64::NAN, f64::NAN));
@@ -289,7 +295,9 @@ fn after(solve: &Solve) -> Option<(f64, f64)> {
 /// # Errors
 /// When `steps.csv` is not one of a run.
 pub fn over_steps(runs: &[(&str, &Path, f64)]) -> Result<Option<Chart>> {
-    let (mut iterations, mut divergence, mut limits) = (Vec::new(), Vec::new(), Vec::new());
+    let mut iterations = Vec::new();
+    let mut divergence = Vec::new();
+    let mut limits = Vec::new();
     for (label, run, limit) in runs {
         let Some(lines) = steps_of(run)? else { continue };
         let [krylov, outer, largest] = lines.map(|line| {

@@ -56,7 +56,8 @@ pub fn planes(
         .map(|(_, path)| Snapshot::read(path))
         .collect::<Result<Vec<_>>>()?;
     let times: Vec<f64> = taken.iter().map(|snapshot| snapshot.time).collect();
-    let (rows, digits) = (Rows::read(run, case, &times, &[]), digits(&times));
+    let rows = Rows::read(run, case, &times, &[]);
+    let digits = digits(&times);
     // One plane for all panels, where it would be at the end.
     let section = section.or_else(|| sections(case, rows.poses(times.len() - 1)).first().copied());
     let section = section.unwrap_or(Section::Z(0.0));

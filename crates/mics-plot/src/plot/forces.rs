@@ -36,7 +36,8 @@ pub fn forces(tracks: &[Track]) -> Result<Option<Chart>> {
     if tracks.iter().all(|track| track.rows.is_empty()) {
         return Ok(None);
     }
-    let (ids, start) = (rows::loaded(case, asked), START * case.time.end);
+    let ids = rows::loaded(case, asked);
+    let start = START * case.time.end;
     let (title, plots) = match (tracks, &rows.forces, &ids[..]) {
         ([_], None, [id]) => (format!("force on {}", case.called(*id)), parts_of(case, rows, *id)?),
         _ => {
@@ -220,7 +221,8 @@ pub fn speeds(tracks: &[Track]) -> Result<Option<Chart>> {
 pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, Vec<Series>)>> {
     let free = rows::free(case, asked).first().copied();
     let (Some(id), Some(up)) = (free, upright(case)) else { return Ok(None) };
-    let (particle, diameter) = (&case.particle[id], case.particle[id].shape.diameter());
+    let particle = &case.particle[id];
+    let diameter = case.particle[id].shape.diameter();
     let volume = particle.shape.volume();
     let pull = case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let weight = (particle.density - case.fluid.density).abs() * volume * pull;
@@ -303,7 +305,10 @@ impl Fall {
 fn running_mean(force: &[f64], time: &[f64], way: &[f64]) -> Vec<f64> {
     // A row's force is that of the step that ends with it.
     let step = |row: usize| if row == 0 { 0.0 } else { time[row] - time[row - 1] };
-    let (mut low, mut high, mut sum, mut length) = (0, 0, 0.0, 0.0);
+    let mut low = 0;
+    let mut high = 0;
+    let mut sum = 0.0;
+    let mut length = 0.0;
     let mean = |row: usize| {
         while high < way.len() && way[high] <= way[row] + 0.5 * MEAN {
             (sum, length, high) = (sum + step(high) * force[high], length + step(high), high + 1);
@@ -333,7 +338,8 @@ mod tests {
         let head = "time,id,x,y,z,vx,vy,vz,contact_fx,contact_fy,contact_fz,\
             convective_fx,pressure_fx,viscous_fx,convective_fy,pressure_fy,viscous_fy\n";
         let row = |k: i32| {
-            let (time, noise) = (0.001 * f64::from(k), if k % 2 == 0 { 1.0 } else { -1.0 });
+            let time = 0.001 * f64::from(k);
+            let noise = if k % 2 == 0 { 1.0 } else { -1.0 };
             let y = (1.8 - time).max(0.1);
             let touches = if y > 0.1 { 0.0 } else { 9.0 };
             format!(
@@ -362,7 +368,8 @@ mod tests {
             ["the rest, x", "pressure on the surface, x", "shear on the surface, x"]
         );
         let weight = 3.0 * std::f64::consts::PI * 0.01 * 10.0;
-        let (first, last) = (parts[1].points[0], parts[1].points[parts[1].points.len() - 1]);
+        let first = parts[1].points[0];
+        let last = parts[1].points[parts[1].points.len() - 1];
         assert!(
             (first.0 - 9.0).abs() < 0.01 && (last.0 - 0.5).abs() < 0.01,
             "{first:?} to {last:?}"

@@ -114,7 +114,8 @@ impl Course {
             .enumerate()
             .flat_map(|(k, kind)| kind.ids.iter().map(move |id| (*id, k)))
             .collect();
-        let (now, rows) = (vec![Default::default(); kinds.len()], vec![Vec::new(); kinds.len()]);
+        let now = vec![Default::default(); kinds.len()];
+        let rows = vec![Vec::new(); kinds.len()];
         Course { kinds, of, time: f64::NAN, now, rows }
     }
 
@@ -156,7 +157,8 @@ impl Course {
 /// The value that a part of some sorted values lies below, linear between two of them.
 pub fn quantile(sorted: &[f64], part: f64) -> f64 {
     let place = part * sorted.len().saturating_sub(1) as f64;
-    let (low, rest) = (place.floor() as usize, place.fract());
+    let low = place.floor() as usize;
+    let rest = place.fract();
     match (sorted.get(low), sorted.get(low + 1)) {
         (Some(a), Some(b)) => a + rest * (b - a),
         (Some(a), None) => *a,

@@ -297,7 +297,8 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
         }
         last => last?,
     };
-    let (runs, rows) = (std::slice::from_ref(&run), std::slice::from_ref(&last.rows));
+    let runs = std::slice::from_ref(&run);
+    let rows = std::slice::from_ref(&last.rows);
     let figures = [
         Figure::Forces,
         Figure::Speeds,

@@ -116,7 +116,8 @@ fn crossings((a, r): (Point, f64), (b, s): (Point, f64)) -> Vec<f64> {
     if cosine.is_nan() || cosine.abs() >= 1.0 {
         return Vec::new();
     }
-    let (towards, aside) = (dy.atan2(dx), cosine.acos());
+    let towards = dy.atan2(dx);
+    let aside = cosine.acos();
     [towards - aside, towards + aside].map(|angle| angle.rem_euclid(TAU)).to_vec()
 }
 
@@ -124,7 +125,8 @@ fn crossings((a, r): (Point, f64), (b, s): (Point, f64)) -> Vec<f64> {
 pub fn cut(corners: &[Vector3<f64>; 3], axis: usize, off: f64) -> Option<[Vector3<f64>; 2]> {
     let height = corners.map(|corner| corner[axis] - off);
     let mut ends = (0..3).filter_map(|k| {
-        let (a, b) = (k, (k + 1) % 3);
+        let a = k;
+        let b = (k + 1) % 3;
         // From below to above, so that two triangles find the same point of the edge they share.
         let (low, high) = if height[a] < height[b] { (a, b) } else { (b, a) };
         ((height[low] < 0.0) && (height[high] >= 0.0)).then(|| {

@@ -46,7 +46,9 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     let scaled = tracks.iter().all(|track| diameter(track).is_some());
     let axes = view(first.case);
     let names = axes.map(|axis| ["x", "y", "z"][axis]);
-    let (mut series, mut bands, mut frame) = (Vec::new(), Vec::<Series>::new(), [0.0f64; 2]);
+    let mut series = Vec::new();
+    let mut bands = Vec::<Series>::new();
+    let mut frame = [0.0f64; 2];
     for track in tracks {
         let Track { label, case, rows, .. } = track;
         let scale = diameter(track).filter(|_| scaled).unwrap_or(1.0);
@@ -160,7 +162,8 @@ fn band(case: &Case, measure: &Measure, axes: [usize; 2], scale: f64) -> Option<
     let target = measure.target.as_ref()?;
     let Reference::Band(range) = target.reference else { return None };
     let other = axes[1 - along];
-    let (size, pull) = (case.domain.size[other], case.fluid.gravity[other]);
+    let size = case.domain.size[other];
+    let pull = case.fluid.gravity[other];
     let across = match pull {
         0.0 => [0.0, size],
         ..0.0 => [0.0, BAND * size],

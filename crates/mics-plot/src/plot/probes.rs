@@ -122,7 +122,9 @@ fn read(run: &Path) -> Result<Vec<Probe>> {
     let strange = || not_a_run(run, "probes.csv is not one that mics wrote");
     let head = reader.headers().map_err(|_| strange())?.clone();
     let column = |name: &str| head.iter().position(|other| other == name).ok_or_else(strange);
-    let (probe, point, time) = (column("probe")?, column("point")?, column("time")?);
+    let probe = column("probe")?;
+    let point = column("point")?;
+    let time = column("time")?;
     let places = [column("x")?, column("y")?, column("z")?];
     let shown = COLUMNS.map(|(name, _)| column(name));
     let [a, b, c, d] = shown;
@@ -140,7 +142,8 @@ fn read(run: &Path) -> Result<Vec<Probe>> {
                 all.len() - 1
             }
         };
-        let (points, k) = (&mut all[at].points, number(point) as usize);
+        let points = &mut all[at].points;
+        let k = number(point) as usize;
         if k == points.len() {
             points.push((places.map(number), Vec::new()));
         }

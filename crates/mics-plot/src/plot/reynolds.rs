@@ -152,7 +152,8 @@ fn all_of_spheres(runs: &[Run]) -> Result<bool> {
 
 /// The measures of a kind over the Reynolds numbers of the runs, and the references of their cases.
 fn measured(runs: &[Run], kind: MeasureKind) -> Result<(Measured, Vec<Series>)> {
-    let (mut all, mut references) = (Measured::new(), Vec::<Series>::new());
+    let mut all = Measured::new();
+    let mut references = Vec::<Series>::new();
     for Run { folder, case, .. } in runs {
         let mut wanted = case.measure.iter().filter(|m| m.kind == kind).peekable();
         if wanted.peek().is_none() {

@@ -19,7 +19,8 @@ use std::path::{Path, PathBuf};
 pub fn table(path: &Path) -> Option<csv::Reader<Take<File>>> {
     let mut file = File::open(path).ok()?;
     let length = file.metadata().ok()?.len();
-    let (mut whole, mut block) = (length, [0u8; 4096]);
+    let mut whole = length;
+    let mut block = [0u8; 4096];
     // Backwards to the end of the last whole line.
     while whole > 0 {
         let from = whole.saturating_sub(block.len() as u64);
@@ -91,7 +92,9 @@ impl Rows {
             places: vec![HashMap::new(); times.len()],
             ..Rows::default()
         };
-        let (movers, loaded, free) = (moving(case, asked), loaded(case, asked), free(case, asked));
+        let movers = moving(case, asked);
+        let loaded = loaded(case, asked);
+        let free = free(case, asked);
         let follows = [&movers, &loaded, &free].map(|ids| representatives(case, ids)).concat();
         let course = |ids: &[usize]| (ids.len() > LINES).then(|| Course::new(case, ids));
         (rows.forces, rows.velocities) = (course(&loaded), course(&free));
@@ -126,7 +129,8 @@ impl Rows {
         let mut before: HashMap<usize, (f64, Pose)> = HashMap::new();
         let force = self.columns.get("fluid_fx").copied();
         let turn = Turn::of(case, &self.columns);
-        let (mut record, width) = (csv::StringRecord::new(), self.columns.len());
+        let mut record = csv::StringRecord::new();
+        let width = self.columns.len();
         while let Ok(true) = reader.read_record(&mut record) {
             let number = |k: usize| match record.get(k).and_then(|v| v.parse().ok()) {
                 Some(body) if k == id => first as f64 + body,
@@ -199,7 +203,8 @@ impl Rows {
             let lacks = || not_a_run(&self.run, &format!("particles.csv lacks {name}"));
             self.columns.get(name).copied().ok_or_else(lacks)
         };
-        let (k, column) = (at("id")?, at(name)?);
+        let k = at("id")?;
+        let column = at(name)?;
         Ok(self.followed.iter().filter(|row| row[k] == id as f64).map(|row| row[column]).collect())
     }
 

@@ -67,7 +67,8 @@ pub fn leading(case: &Case) -> Option<usize> {
 /// (m).
 pub fn layer(section: Section, snapshot: &Snapshot) -> (usize, usize, f64) {
     let (axis, at) = section.place();
-    let (n, h) = (snapshot.cells[axis], snapshot.h[axis]);
+    let n = snapshot.cells[axis];
+    let h = snapshot.h[axis];
     let cell = ((at / h) as usize).min(n - 1);
     (axis, cell, (cell as f64 + 0.5) * h)
 }

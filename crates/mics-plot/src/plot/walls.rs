@@ -24,7 +24,8 @@ pub fn rings(
     (axes, height): ([usize; 2], f64),
     size: Point,
 ) -> Vec<Vec<Point>> {
-    let (geometry, across) = (wall.geometry(), 3 - axes[0] - axes[1]);
+    let geometry = wall.geometry();
+    let across = 3 - axes[0] - axes[1];
     let own = |a: usize| wall.centre().get(a).copied().unwrap_or(0.0);
     let centre = pose.map_or_else(|| Vector3::from_fn(|a, _| own(a)), |pose| pose.centre.into());
     let turn = pose.and_then(|pose| pose.orientation).unwrap_or_default();
@@ -67,11 +68,13 @@ fn apart(a: Point, b: Point) -> f64 {
 
 /// What lies of a segment in the picture.
 fn clipped([a, b]: [Point; 2], size: Point) -> Option<[Point; 2]> {
-    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    let mut from = 0.0_f64;
+    let mut to = 1.0_f64;
     for k in 0..2 {
         let way = b[k] - a[k];
         for (side, sign) in [(0.0, 1.0), (size[k], -1.0)] {
-            let (inwards, off) = (sign * way, sign * (a[k] - side));
+            let inwards = sign * way;
+            let off = sign * (a[k] - side);
             if inwards == 0.0 {
                 if off < 0.0 {
                     return None;
@@ -93,7 +96,8 @@ fn chains(mut segments: Vec<[Point; 2]>, near: f64) -> Vec<Vec<Point>> {
     while let Some([first, second]) = segments.pop() {
         let mut chain = std::collections::VecDeque::from([first, second]);
         loop {
-            let (begin, end) = (chain[0], chain[chain.len() - 1]);
+            let begin = chain[0];
+            let end = chain[chain.len() - 1];
             if let Some(k) = segments.iter().position(|[a, _]| apart(*a, end) <= near) {
                 chain.push_back(segments.swap_remove(k)[1]);
             } else if let Some(k) = segments.iter().position(|[_, b]| apart(*b, begin) <= near) {

@@ -240,7 +240,8 @@ fn of_oscillations(case: &Case, all: &mut Numbers) {
     let nu = case.fluid.viscosity / case.fluid.density;
     for (id, p) in case.particle.iter().enumerate() {
         if let Motion::Prescribed { oscillation: Some(o), .. } = &p.motion {
-            let (d, u) = (p.shape.diameter(), o.speed());
+            let d = p.shape.diameter();
+            let u = o.speed();
             all.add(
                 "Re of the swing",
                 u * d / nu,

@@ -155,7 +155,8 @@ fn motion(run: &Run) -> Result<Vec<Figure>> {
 }
 
 fn numerics(run: &Run) -> Result<Vec<Figure>> {
-    let (steps, times) = (run.column("step"), run.column("time"));
+    let steps = run.column("step");
+    let times = run.column("time");
     let over = |x: &[f64], name: &str, label: &str| Series {
         label: label.into(),
         // The row of time 0 has no step behind it.

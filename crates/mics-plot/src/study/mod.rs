@@ -219,11 +219,13 @@ fn values(study: &str, plan: &Plan, rows: &[Row], groups: &Groups) -> Vec<Figure
             points
         });
         if exact.len() > 1 {
-            let (label, style) = ("reference".into(), SeriesStyle::Dashed);
+            let label = "reference".into();
+            let style = SeriesStyle::Dashed;
             series.push(Series { label, points: exact, style });
         }
         let places = || series.iter().flat_map(|one| &one.points).map(|point| point.0);
-        let (least, most) = (places().fold(f64::INFINITY, f64::min), places().fold(0.0, f64::max));
+        let least = places().fold(f64::INFINITY, f64::min);
+        let most = places().fold(0.0, f64::max);
         let axes = Axes {
             x_label: along.to_owned(),
             y_label: format!("{name}{}", unit(rows, name)),
@@ -248,7 +250,8 @@ fn errors(plan: &Plan, rows: &[Row], groups: &Groups, several: bool) -> Vec<Figu
     };
     let mut figures = Vec::new();
     for target in plan.references {
-        let (measure, percent) = (&target.measure, if target.is_relative() { 100.0 } else { 1.0 });
+        let measure = &target.measure;
+        let percent = if target.is_relative() { 100.0 } else { 1.0 };
         let unit = if target.is_relative() { " (%)".into() } else { unit(rows, measure) };
         let error = |row: &&Row| Some((row.cpu?, row.measure(measure)?.error?));
         for (kind, ending, summary) in kinds {

@@ -26,9 +26,11 @@ impl Loaded {
         let table = |parsed: Result<Table, toml::de::Error>| {
             parsed.map_err(|e| Error::Usage(e.message().to_owned()))
         };
-        let (mut before, mut now) = (table(before)?, table(now)?);
+        let mut before = table(before)?;
+        let mut now = table(now)?;
         let [old, new] = [&mut before, &mut now].map(take_measures);
-        let (before, now) = (Value::Table(before), Value::Table(now));
+        let before = Value::Table(before);
+        let now = Value::Table(now);
         let changed =
             difference(&before, &now, String::new()).or_else(|| changed_measure(&old, &new));
         let Some((key, was)) = changed else {

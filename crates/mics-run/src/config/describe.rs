@@ -148,9 +148,11 @@ impl Case {
     /// A solid in words: what it is, how long and how thick.
     fn describe_solid(&self, solid: &Solid) -> String {
         let widest = self.spacings().into_iter().fold(0.0, f64::max);
-        let (name, detail) = (solid.name(), solid.detail());
+        let name = solid.name();
+        let detail = solid.detail();
         let geometry = solid.geometry();
-        let (length, thickness) = (2.0 * geometry.radius(), geometry.thickness());
+        let length = 2.0 * geometry.radius();
+        let thickness = geometry.thickness();
         format!(
             "{name}{detail}, up to {} m across, thinnest {} m = {:.1} cells",
             rounded(length),
@@ -164,7 +166,8 @@ impl Case {
         let widest = self.spacings().into_iter().fold(0.0, f64::max);
         let mut kinds: Vec<(&Solid, usize, [f64; 2], f64)> = Vec::new();
         for solid in self.particle.iter().filter_map(|p| p.shape.solid()) {
-            let (d, thickness) = (solid.diameter(), solid.geometry().thickness());
+            let d = solid.diameter();
+            let thickness = solid.geometry().thickness();
             match kinds.iter_mut().find(|(other, ..)| other.is_like(solid)) {
                 None => kinds.push((solid, 1, [d, d], thickness)),
                 Some((_, count, [low, high], thinnest)) => {
@@ -174,7 +177,8 @@ impl Case {
             }
         }
         let line = |(solid, count, [low, high], thinnest): (&Solid, usize, [f64; 2], f64)| {
-            let (low, high) = (rounded(low), rounded(high));
+            let low = rounded(low);
+            let high = rounded(high);
             let sizes = if low == high { low } else { format!("{low} to {high}") };
             let name = plural(solid.name(), count);
             format!(

@@ -45,8 +45,18 @@ const TABLES: [&str; 12] = [
     "output",
 ];
 
+/// What the six choices of the paper's method are told.
+const AS_PRINTED: &str = "coupling.wall = \"mixing\" is the paper's method as printed, and has no \
+    choices: leave this key out";
+
 /// Keys of earlier versions, each with what takes its place; a list is passed over on the way.
-const GONE: [(&str, &str); 3] = [
+const GONE: [(&str, &str); 9] = [
+    ("coupling.fraction", AS_PRINTED),
+    ("coupling.force", AS_PRINTED),
+    ("coupling.rotation", AS_PRINTED),
+    ("coupling.mix_pressure", AS_PRINTED),
+    ("coupling.buoyancy", AS_PRINTED),
+    ("coupling.gradient", AS_PRINTED),
     (
         "numerics",
         "the numbers of the method are no keys any more, they are constants of src/numerics.rs, \
@@ -104,7 +114,8 @@ impl<'a> Document<'a> {
     fn set(&mut self, padded: &'a str) -> Result<(), String> {
         const FORM: &str = "the form is key.path=value, as in --set fluid.viscosity=2.0";
         let (key, value) = padded.split_once('=').ok_or_else(|| format!("no `=` in it; {FORM}"))?;
-        let (key, value) = (key.trim(), value.trim());
+        let key = key.trim();
+        let value = value.trim();
         let keys: Vec<_> = key.split('.').collect();
         if keys.iter().any(|key| {
             key.is_empty() || key.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_')

@@ -19,7 +19,8 @@ macro_rules! ensure {
     ($holds:expr, $key:expr, $($message:tt)+) => {
         let holds: bool = $holds;
         if !holds {
-            let (key, message) = ($key.into(), format!($($message)+));
+            let key = $key.into();
+            let message = format!($($message)+);
             return Err($crate::config::fault::Fault { key, message });
         }
     };

@@ -31,11 +31,10 @@ mod write;
 pub use raw::obstacle::Wall;
 pub use raw::shape::solid::{Shape, Solid};
 pub use raw::{
-    Advection, Axis, Buoyancy, Coupling, Damping, Domain, FACES, FixedRows, ForceRule,
-    FractionRule, GradientRule, History, Lock, MOST_SUBSTEPS, MeanVelocity, MeasureKind,
-    Orientation, Oscillation, Petsc, Preset, Pressure, Probe, Profile, Reference, Region, Removed,
-    RotationRule, Round, Scheme, Section, Side, Solver, Statistics, Stiffness, Substeps,
-    TangentialDamping, WALL, WallRule, When,
+    Advection, Axis, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock,
+    MOST_SUBSTEPS, MeanVelocity, MeasureKind, Orientation, Oscillation, Petsc, Preset, Pressure,
+    Probe, Profile, Reference, Region, Removed, Round, Scheme, Section, Side, Solver, Statistics,
+    Stiffness, Substeps, TangentialDamping, WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};
 pub use reference::reference;

@@ -5,13 +5,10 @@ mod bodies;
 
 use super::direction;
 use super::fault::{Check, Fault, positive};
-use super::raw::{
-    self, Advection, Buoyancy, FixedRows, GradientRule, History, Scheme, Side, Stiffness, WallRule,
-    Which,
-};
+use super::raw::{self, Advection, FixedRows, History, Scheme, Side, Stiffness, WallRule, Which};
 use super::resolved::{
     Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output,
-    Pair, PairLaw, Particle, Step, Target, Time,
+    Pair, PairLaw, Step, Target, Time,
 };
 
 use bodies::{obstacle, particle};
@@ -34,7 +31,8 @@ const RESTITUTION: f64 = 0.5;
 /// The meaning of a checked case whose swarms are among its particles.
 pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let rest = vec![0.0; raw.dimension()];
-    let (reference_speed, stream) = (raw.reference_speed(), raw.reference_velocity());
+    let reference_speed = raw.reference_speed();
+    let stream = raw.reference_velocity();
     let directions =
         raw.measure.iter().enumerate().map(|(index, m)| {
             Ok((direction::of(&raw, index, m)?, direction::axis(&raw, index, m)?))
@@ -49,7 +47,8 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let raw::Fluid { density, viscosity, gravity } = raw.fluid;
     let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
     let smallest = smallest(&raw.particle);
-    let (force, count) = (raw.coupling.force, raw.particle.len());
+    let force = raw.coupling.wall.force();
+    let count = raw.particle.len();
     let walls = raw.obstacle.into_iter().enumerate().map(|(k, o)| obstacle(k, o, &rest));
     let obstacle = walls.collect::<Result<Vec<_>, _>>()?;
     let bodies = count + obstacle.len();
@@ -105,7 +104,6 @@ fn smallest(particles: &[raw::Particle]) -> f64 {
 
 /// Checks what takes values to tell.
 fn check(case: &Case) -> Check {
-    buoyancy(case)?;
     if let History::Every(often) = &case.pressure.history {
         cadence("pressure.history", often)?;
     }
@@ -207,7 +205,7 @@ fn time(raw: raw::Time, mixed: bool, some: bool, moves: bool) -> Result<Time, Fa
 }
 
 /// A measure along this direction and axis of a case with this reference speed (m/s), this force of
-/// its coupling and so many particles.
+/// its method and so many particles.
 fn measure(
     raw: raw::Measure,
     (direction, axis): (Option<Vector3<f64>>, usize),
@@ -293,22 +291,6 @@ fn checkpoints(key: &str, raw: &raw::Checkpoints) -> Result<Checkpoints, Fault> 
     }
 }
 
-/// What gravity does at faces, the pressure has to balance there.
-fn buoyancy(case: &Case) -> Check {
-    let falls =
-        case.fluid.gravity.iter().any(|g| *g != 0.0) && case.particle.iter().any(Particle::is_free);
-    let holds = case.coupling.gradient == GradientRule::Faces
-        || case.coupling.buoyancy == Buoyancy::Particle
-        || !falls;
-    let cure = "set coupling.buoyancy = \"particle\" too";
-    ensure!(
-        holds,
-        "coupling.gradient",
-        "reduced gravity at faces balances no pressure gradient at cells: {cure}"
-    );
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::WALL;
@@ -318,26 +300,6 @@ mod tests {
     fn resolved(keys: &str) -> Contact {
         let raw = toml::from_str(&format!("normal_stiffness = 1e5\n{keys}")).unwrap();
         contact(raw, 0.1).unwrap_or_else(|fault| panic!("{}: {}", fault.key, fault.message))
-    }
-
-    #[test]
-    fn contradiction_found_on_resolving_is_refused() {
-        let refusal = |keys: &str| {
-            let text = format!(
-                "name = \"box\"\ntime.end = 1.0\n\
-                domain = {{ size = [4.0, 1.0], cells = [32, 8] }}\n\
-                fluid = {{ density = 1.0, viscosity = 0.1, gravity = [0.0, -1.0] }}\n{keys}\n\
-                boundary = {{ west = \"periodic\", east = \"periodic\", south = \"wall\", north = \
-                \"wall\" }}"
-            );
-            crate::config::written(&text).err()
-        };
-        let swarm = "swarm = [{ count = 1, region = { min = [0.0, 0.0], max = [4.0, 1.0] }, \
-            diameter = 0.2 }]";
-        let mixing = |key: &str| format!("coupling = {{ wall = \"mixing\"{key} }}\n{swarm}\n");
-        let why = refusal(&mixing(", gradient = \"cells\"")).unwrap();
-        assert!(why.starts_with("coupling.gradient: reduced gravity"), "{why}");
-        assert_eq!(refusal(&mixing(", gradient = \"cells\", buoyancy = \"particle\"")), None);
     }
 
     #[test]
@@ -359,7 +321,8 @@ mod tests {
             "damping = { normal = 1.0, tangential = 2.0 }\nfriction = 0.1\n\
             pair = [{ between = [\"steel\", \"wall\"], friction = 0.4, restitution = 0.9 }]",
         );
-        let (pair, rest) = (contact.between(WALL, "steel"), contact.between("steel", "steel"));
+        let pair = contact.between(WALL, "steel");
+        let rest = contact.between("steel", "steel");
         assert_eq!((pair.friction, pair.loss), (0.4, Loss::Restitution(0.9)));
         assert_eq!(pair, contact.between("steel", WALL));
         assert_eq!(

@@ -160,7 +160,8 @@ pub(super) fn particle(p: &Particle) -> raw::Particle {
             (raw::Motion::Free, Some(velocity.clone()), of(spin), locked.clone())
         }
         Motion::Prescribed { velocity, spin, oscillation } => {
-            let (velocity, oscillation) = (Some(velocity.clone()), oscillation.clone());
+            let velocity = Some(velocity.clone());
+            let oscillation = oscillation.clone();
             let prescribed = raw::Prescribed { velocity, spin: of(spin), oscillation };
             (raw::Motion::Prescribed(prescribed), None, None, Vec::new())
         }
@@ -230,7 +231,8 @@ fn contact(c: &Contact) -> raw::Contact {
 
 fn measure(m: &Measure, case: &Case) -> raw::Measure {
     let target = m.target.as_ref();
-    let (dimension, particles) = (case.dimension(), case.particle.len());
+    let dimension = case.dimension();
+    let particles = case.particle.len();
     let of_wall = m.kind.is_of_force() && !m.kind.fits_morison();
     let obstacle =
         m.particle.checked_sub(particles).filter(|k| of_wall && *k < case.obstacle.len());

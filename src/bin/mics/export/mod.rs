@@ -193,7 +193,8 @@ impl About<'_> {
             Err(failure) => json!({ "failure": failure }),
         };
         let factor = |(factor, words): (&Factor, &String)| {
-            let (weight, nonzeros) = (factor.weight, factor.entries.len());
+            let weight = factor.weight;
+            let nonzeros = factor.entries.len();
             json!({ "weight": weight, "nonzeros": nonzeros, "of": words })
         };
         json!({

@@ -47,7 +47,8 @@ fn json(path: &Path) -> Value {
 /// What a folder holds of this very run, finished earlier: the same case, PETSc options and ranks.
 /// `None` if it is to be run.
 pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
-    let (summary, record) = (json(&folder.join("summary.json")), json(&folder.join("run.json")));
+    let summary = json(&folder.join("summary.json"));
+    let record = json(&folder.join("run.json"));
     let case = fs::read_to_string(folder.join("case.toml")).ok()?;
     let command = record["command"].as_array()?.iter().filter_map(Value::as_str);
     let petsc: Vec<&str> = command.skip_while(|word| *word != "--").skip(1).collect();
@@ -93,7 +94,8 @@ fn wait(
         said
     });
     let began = Instant::now();
-    let (mut next, mut asked) = (began + LINE_EVERY, 0);
+    let mut next = began + LINE_EVERY;
+    let mut asked = 0;
     let status = loop {
         if let Some(status) = child.try_wait()? {
             break status;
@@ -137,7 +139,8 @@ pub fn run(run: &Planned, folder: &Path, name: &str, limit: Option<Duration>) ->
     }
     let program = env::current_exe().map_err(Error::io("this program"))?;
     let mut mpirun;
-    let (mut alone, ranks) = (Command::new(&program), run.ranks.to_string());
+    let mut alone = Command::new(&program);
+    let ranks = run.ranks.to_string();
     let command = if run.ranks == 1 {
         &mut alone
     } else {
@@ -206,7 +209,8 @@ fn words(run: &Planned, stderr: &[u8]) -> String {
     let words = words
         .or_else(|| said.lines().rfind(|line| line.contains(char::is_alphanumeric)))
         .unwrap_or_default();
-    let (words, place) = (words.trim(), format!("{}: ", run.case.display()));
+    let words = words.trim();
+    let place = format!("{}: ", run.case.display());
     words.strip_prefix(&place).unwrap_or(words).replace(" (given by --set)", "")
 }
 

@@ -145,7 +145,8 @@ fn end(study: &Study, plan: &Plan, outcomes: &[Vec<Outcome>]) -> Result<()> {
         return Ok(());
     }
     let names: Vec<&str> = broken.iter().map(|(name, _)| name.as_str()).collect();
-    let (count, total) = (broken.len(), plan.runs.len());
+    let count = broken.len();
+    let total = plan.runs.len();
     let words =
         format!("{count} of {total} runs are not done: {}; study.csv says why", names.join(", "));
     // One that somebody stopped says nothing of its solver.
@@ -218,7 +219,8 @@ fn list(study: &Study, plan: &Plan, folder: &Path) -> Result<()> {
             print(&format!("    -- {}", run.petsc.join(" ")))?;
         }
     }
-    let (runs, repeats) = (plan.runs.len(), study.repeats);
+    let runs = plan.runs.len();
+    let repeats = study.repeats;
     print(&format!(
         "{runs} runs, {repeats} times each, {left} left to do, into {}",
         folder.display()

@@ -158,7 +158,8 @@ impl Plan {
             read_case(&case, set).map_err(|e| text.refuse(fault(key, reason(&e))))?;
         }
 
-        let (names, drafts) = (study.names(), drafts(study));
+        let names = study.names();
+        let drafts = drafts(study);
         let case_of = |draft: &Draft| draft.case.as_deref().map_or_else(|| case.clone(), beside);
         let mut runs: Vec<Planned> = Vec::new();
         for draft in &drafts {

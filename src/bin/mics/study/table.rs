@@ -100,7 +100,8 @@ impl Table {
         measures: &'a [String],
         costs: &'a [(String, &'a str)],
     ) -> study::Plan<'a> {
-        let (names, others) = (&plan.names, &plan.others);
+        let names = &plan.names;
+        let others = &plan.others;
         study::Plan { names, measures, references: &self.targets, others, costs }
     }
 }
@@ -140,7 +141,8 @@ impl Row {
             let unit = units.next().unwrap_or_default().to_owned();
             Measured { name: name.clone(), unit, value: median(values.collect()), error: None }
         });
-        let (cpu, cells) = (done.median("cpu_seconds"), done.median("cells"));
+        let cpu = done.median("cpu_seconds");
+        let cells = done.median("cells");
         let steps = done.median("steps").map(|steps| steps.max(1.0));
         let per_cell_step =
             median(done.0.iter().filter_map(|o| per_cell_step(&o.summary)).collect());

@@ -157,7 +157,8 @@ fn last_rows(
         .collect();
     let column =
         |name: &str| names.iter().position(|n| *n == name).ok_or(format!("has no column `{name}`"));
-    let (step, id) = (column("step")?, column("id")?);
+    let step = column("step")?;
+    let id = column("id")?;
     let whole = text.ends_with('\n')
         && text.lines().last().is_some_and(|line| line.split(',').count() == names.len());
     if !whole {

@@ -118,9 +118,11 @@ impl Profile {
     /// The velocity (m/s) at coordinate `s` (m) along the face's first tangential axis.
     pub fn velocity_at(&self, s: f64) -> Vec<f64> {
         let next = self.at.partition_point(|at| *at <= s).clamp(1, self.at.len() - 1);
-        let (s0, s1) = (self.at[next - 1], self.at[next]);
+        let s0 = self.at[next - 1];
+        let s1 = self.at[next];
         let weight = ((s - s0) / (s1 - s0)).clamp(0.0, 1.0);
-        let (low, high) = (&self.velocity[next - 1], &self.velocity[next]);
+        let low = &self.velocity[next - 1];
+        let high = &self.velocity[next];
         low.iter().zip(high).map(|(a, b)| a + weight * (b - a)).collect()
     }
 }

@@ -10,24 +10,6 @@ pub struct Coupling {
     /// How the surface of a particle acts on the fluid.
     #[serde(default)]
     pub wall: WallRule,
-    /// How the volume fractions are found.
-    #[serde(default)]
-    pub fraction: FractionRule,
-    /// Which force moves free particles, and `fluid_f*` in `particles.csv` and the measures report.
-    #[serde(default)]
-    pub force: ForceRule,
-    /// Where the mixing (27) turns the fluid with a particle.
-    #[serde(default)]
-    pub rotation: RotationRule,
-    /// Whether the pressure is mixed inside particles, (28-29); default no.
-    #[serde(default)]
-    pub mix_pressure: bool,
-    /// Where gravity acts on the particles.
-    #[serde(default)]
-    pub buoyancy: Buoyancy,
-    /// Where the pressure gradient of (16) is taken.
-    #[serde(default)]
-    pub gradient: GradientRule,
 }
 
 /// How the surface of a particle acts on the fluid.
@@ -38,61 +20,27 @@ pub enum WallRule {
     /// inside the particle.
     #[default]
     Sharp,
-    /// The paper's mixing of its motion into every cell that it touches, (27).
+    /// The paper's method as printed: fluid and particles are one mixture. `docs/mixture.md` has
+    /// its faults.
     Mixing,
 }
 
-/// How the volume fraction of a particle in a cell is found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FractionRule {
-    /// The exact overlap of disc (sphere) and cell.
-    #[default]
-    Exact,
-    /// The paper's polygon through the crossings of circle and grid; 2D.
-    Polygon,
+impl WallRule {
+    /// The force by which a method moves free particles.
+    pub fn force(self) -> ForceRule {
+        match self {
+            WallRule::Sharp => ForceRule::Momentum,
+            WallRule::Mixing => ForceRule::Literal,
+        }
+    }
 }
 
-/// Which force a particle is said to feel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// Which force a measure is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ForceRule {
-    /// The momentum that the mixing (27) takes from the fluid.
-    #[default]
+    /// The momentum that the fluid loses at the particle's surface, or to the mixing (27).
     Momentum,
     /// Eq. (19) as printed: convective + pressure + viscous parts, weighted by the fraction.
     Literal,
-}
-
-/// Where the rotation of a particle, the third term of (27), enters the mixing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum RotationRule {
-    /// In all cells of the particle.
-    #[default]
-    All,
-    /// In the cells that its surface cuts, as printed.
-    Boundary,
-}
-
-/// Where gravity acts on the particles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Buoyancy {
-    /// As reduced gravity of the mixture at faces.
-    #[default]
-    Faces,
-    /// As a force on the particle, in (17) only, as printed.
-    Particle,
-}
-
-/// Where the pressure gradient of (16) is taken.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum GradientRule {
-    /// The mean of the accelerations at the two faces of a cell.
-    #[default]
-    Faces,
-    /// `(p_E - p_W)/(2 h rho)` at cells, as printed.
-    Cells,
 }

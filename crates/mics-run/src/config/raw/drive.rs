@@ -75,7 +75,8 @@ impl Drive {
         if let Some(MeanVelocity { axis, value }) = self.mean_velocity {
             axis.check("drive.mean_velocity.axis", dimension)?;
             finite("drive.mean_velocity.value", &[value], "m/s")?;
-            let (x, axis) = (AXES[axis.index()], axis.index());
+            let x = AXES[axis.index()];
+            let axis = axis.index();
             let cure = "make both of its faces \"periodic\", or drive the flow by an inflow";
             ensure!(case.periodic(axis), "drive.mean_velocity.axis", "{x} is not periodic: {cure}");
         }

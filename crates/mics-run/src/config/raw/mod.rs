@@ -26,9 +26,7 @@ pub use boundary::{Boundary, Profile, Side};
 pub use contact::{
     Contact, Damping, MOST_SUBSTEPS, Pair, Stiffness, Substeps, TangentialDamping, WALL,
 };
-pub use coupling::{
-    Buoyancy, Coupling, ForceRule, FractionRule, GradientRule, RotationRule, WallRule,
-};
+pub use coupling::{Coupling, ForceRule, WallRule};
 pub use drive::{Axis, Drive, MeanVelocity};
 pub use measure::{Measure, Reference, When, Which};
 pub use measure_kind::MeasureKind;

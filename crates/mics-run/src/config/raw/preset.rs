@@ -8,9 +8,8 @@ use toml::de::{DeTable, DeValue};
 /// A named set of choices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Preset {
-    /// As the paper of 2003 prints it: Euler steps with QSI, polygon fractions in 2D, force by
-    /// (19), the third term of (27) in boundary cells only, (28-29), buoyancy in (17) only, (16) at
-    /// cells, inviscid particles, (22) as printed.
+    /// As the paper of 2003 prints it: `coupling.wall = "mixing"`, Euler steps with QSI, inviscid
+    /// particles, (22) as printed.
     #[serde(rename = "mics-2003")]
     Mics2003,
 }
@@ -24,12 +23,6 @@ swarm = { viscosity = 0.0 }
 
 [coupling]
 wall = "mixing"
-fraction = "polygon"
-force = "literal"
-rotation = "boundary"
-mix_pressure = true
-buoyancy = "particle"
-gradient = "cells"
 "#;
 
 /// Fills in what the preset of a case says and the case does not, under the span of its key;
@@ -40,12 +33,8 @@ pub(in crate::config) fn fill(case: &mut DeValue) -> Option<usize> {
     if name.get_ref().as_str() != Some("mics-2003") {
         return None;
     }
-    let (key, value) = (key.span(), name.span());
-    let planar =
-        case.get("domain").and_then(|domain| domain.get_ref().get("size")).and_then(|size| {
-            let DeValue::Array(size) = size.get_ref() else { return None };
-            Some(size.len() == 2)
-        });
+    let key = key.span();
+    let value = name.span();
     let Ok(tables) = DeTable::parse(MICS_2003) else { return None };
     for (table, fills) in tables.into_inner() {
         let DeValue::Table(fills) = fills.into_inner() else { continue };
@@ -69,8 +58,7 @@ pub(in crate::config) fn fill(case: &mut DeValue) -> Option<usize> {
             };
         for target in targets {
             for (name, fill) in &fills {
-                let fits = name.get_ref() != "fraction" || planar == Some(true);
-                if fits && !target.contains_key(name.get_ref().as_ref()) {
+                if !target.contains_key(name.get_ref().as_ref()) {
                     let name = Spanned::new(key.clone(), name.get_ref().clone());
                     target.insert(name, Spanned::new(value.clone(), fill.get_ref().clone()));
                 }
@@ -85,7 +73,8 @@ mod tests {
     use crate::config::*;
 
     fn loaded(dimension: usize, keys: &str, overrides: &[&str]) -> Case {
-        let (size, cells) = (&[2.0, 1.0, 1.0][..dimension], &[16, 8, 8][..dimension]);
+        let size = &[2.0, 1.0, 1.0][..dimension];
+        let cells = &[16, 8, 8][..dimension];
         let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
         let text = format!(
             "name = \"box\"\npreset = \"mics-2003\"\n{keys}\n[time]\nend = 1.0\n\
@@ -112,16 +101,7 @@ mod tests {
         let contact = "contact = { normal_stiffness = 1e5 }";
         let case = loaded(2, &format!("particle = [{disc}]\nswarm = [{swarm}]\n{contact}"), &[]);
         assert_eq!((case.time.scheme, case.time.advection), (Scheme::Euler, Advection::Qsi));
-        let coupling = Coupling {
-            wall: WallRule::Mixing,
-            fraction: FractionRule::Polygon,
-            force: ForceRule::Literal,
-            rotation: RotationRule::Boundary,
-            mix_pressure: true,
-            buoyancy: Buoyancy::Particle,
-            gradient: GradientRule::Cells,
-        };
-        assert_eq!(case.coupling, coupling);
+        assert_eq!(case.coupling.wall, WallRule::Mixing);
         assert_eq!(case.particle.len(), 4);
         assert!(case.particle.iter().all(|particle| particle.viscosity == 0.0));
         assert_eq!(
@@ -134,22 +114,10 @@ mod tests {
     fn preset_keeps_given_keys_and_makes_no_table() {
         let disc =
             "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5], viscosity = 3.0 }";
-        let keys = format!("particle = [{disc}]\ncoupling.gradient = \"faces\"");
-        let case = loaded(2, &keys, &["coupling.mix_pressure=false", "time.advection=\"upwind5\""]);
-        assert_eq!(
-            (case.coupling.gradient, case.coupling.mix_pressure),
-            (GradientRule::Faces, false)
-        );
+        let keys = format!("particle = [{disc}]");
+        let case = loaded(2, &keys, &["time.advection=\"upwind5\""]);
         assert_eq!((case.time.advection, case.time.step), (Advection::Upwind5, Step::Courant(0.2)));
         assert_eq!((case.particle[0].viscosity, case.contact), (3.0, None));
-        assert_eq!(
-            (case.coupling.rotation, case.preset),
-            (RotationRule::Boundary, Some(Preset::Mics2003))
-        );
-    }
-
-    #[test]
-    fn preset_has_exact_fractions_in_3d() {
-        assert_eq!(loaded(3, "", &[]).coupling.fraction, FractionRule::Exact);
+        assert_eq!((case.coupling.wall, case.preset), (WallRule::Mixing, Some(Preset::Mics2003)));
     }
 }

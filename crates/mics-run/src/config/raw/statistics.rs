@@ -84,7 +84,8 @@ impl Probe {
             let Some(place) = place else { continue };
             vector(&key(name), place, case.dimension(), "m")?;
             for (axis, size) in case.domain.size.iter().enumerate() {
-                let (at, x) = (place[axis], AXES[axis]);
+                let at = place[axis];
+                let x = AXES[axis];
                 let holds = (0.0..=*size).contains(&at);
                 ensure!(
                     holds,

@@ -191,8 +191,10 @@ impl Swarm {
         }
         let Swarm { density, viscosity, .. } = self;
         let motion = &self.motion.clone().unwrap_or_default();
-        let (velocity, spin) = (self.velocity.as_deref(), self.spin.as_ref());
-        let (locked, material) = (self.locked.as_slice(), self.material.as_deref());
+        let velocity = self.velocity.as_deref();
+        let spin = self.spin.as_ref();
+        let locked = self.locked.as_slice();
+        let material = self.material.as_deref();
         let nature = Nature {
             motion,
             density: *density,

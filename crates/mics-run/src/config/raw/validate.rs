@@ -52,10 +52,7 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
     }
     case.probe.iter().enumerate().try_for_each(|(index, probe)| probe.check(case, index))?;
     initial(case)?;
-    let planar = dimension == 2 || case.coupling.fraction != FractionRule::Polygon;
-    ensure!(planar, "coupling.fraction", "polygon is for discs in 2D only; in 3D choose \"exact\"");
     if case.coupling.wall == WallRule::Sharp {
-        mixing_only(&case.coupling)?;
         long_cells(case)?;
     }
     time(case)?;
@@ -115,29 +112,6 @@ fn pressure(chosen: &Pressure) -> Check {
     Ok(())
 }
 
-/// Choices of the mixing say nothing of sharp surfaces.
-fn mixing_only(chosen: &Coupling) -> Check {
-    let plain = Coupling::default();
-    let keys = [
-        ("fraction", chosen.fraction == plain.fraction),
-        ("force", chosen.force == plain.force),
-        ("rotation", chosen.rotation == plain.rotation),
-        ("mix_pressure", chosen.mix_pressure == plain.mix_pressure),
-        ("buoyancy", chosen.buoyancy == plain.buoyancy),
-        ("gradient", chosen.gradient == plain.gradient),
-    ];
-    for (key, left_alone) in keys {
-        let place = format!("coupling.{key}");
-        ensure!(
-            left_alone,
-            place,
-            "this is a choice of the paper's mixing: leave it out, or add coupling.wall = \
-            \"mixing\""
-        );
-    }
-    Ok(())
-}
-
 /// Cells this many times as long as wide hold sharp surfaces; measured, 6 do too, and 8 feed energy
 /// to the flow.
 const LONGEST_CELLS: f64 = 4.0;
@@ -162,7 +136,8 @@ fn long_cells(case: &Case) -> Check {
 
 /// Checks the size of the box and its cells.
 fn domain(domain: &Domain) -> Check {
-    let (sizes, counts) = (domain.size.len(), domain.cells.len());
+    let sizes = domain.size.len();
+    let counts = domain.cells.len();
     let holds = sizes == 2 || sizes == 3;
     ensure!(
         holds,
@@ -237,7 +212,8 @@ mod tests {
 
     /// A box of 4 by 1 (by 1) m, periodic along x, with walls elsewhere, and these further keys.
     fn refusal(dimension: usize, keys: &str) -> Option<(String, String)> {
-        let (size, cells) = (&[4.0, 1.0, 1.0][..dimension], &[32, 8, 8][..dimension]);
+        let size = &[4.0, 1.0, 1.0][..dimension];
+        let cells = &[32, 8, 8][..dimension];
         let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
         let text = format!(
             "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\
@@ -366,12 +342,6 @@ mod tests {
         assert_eq!(refusal(3, &spun("[0, 0, 1.0]")), None);
         assert_eq!(refusal(3, &spun("1.0")).unwrap().0, "particle.0.motion.prescribed.spin");
         assert_eq!(refusal(2, &spun("1.0")).unwrap().0, "particle.0.shape");
-        assert_eq!(
-            refusal(3, "coupling = { wall = \"mixing\", fraction = \"polygon\" }").unwrap().0,
-            "coupling.fraction"
-        );
-        assert_eq!(refusal(2, "coupling.mix_pressure = true").unwrap().0, "coupling.mix_pressure");
-        assert!(refusal(2, "coupling = { wall = \"mixing\", mix_pressure = true }").is_none());
         assert_eq!(refusal(3, "initial.velocity = [1.0, 0.0]").unwrap().0, "initial.velocity");
     }
 

@@ -18,7 +18,8 @@ pub(super) fn particle(
     })?;
     let velocity = raw.velocity.clone();
     let enter = raw.enter.clone().map(|raw::Enter { time, region, gap, seed }| {
-        let (gap, seed) = (gap.unwrap_or(0.0), seed.unwrap_or(1));
+        let gap = gap.unwrap_or(0.0);
+        let seed = seed.unwrap_or(1);
         Enter { time, region, entrance, gap, seed, velocity }
     });
     let material = raw.material().to_owned();

@@ -96,7 +96,8 @@ fn kind(typed: &Obstacle, key: &str, room: &Room, dimension: usize) -> Result<&'
         given.as_ref().map_or(Ok(()), |at| vector(&format!("{key}.{name}"), at, dimension, "m"))?;
     }
     for (axis, at) in centre.iter().flatten().enumerate() {
-        let (key, size) = (format!("{key}.centre.{axis}"), room.size[axis]);
+        let key = format!("{key}.centre.{axis}");
+        let size = room.size[axis];
         ensure!(
             (0.0..=size).contains(at),
             key,
@@ -122,7 +123,8 @@ fn wall(
     folder: &Path,
     notes: &mut Vec<String>,
 ) -> Result<Wall, Fault> {
-    let (dimension, room) = (case.dimension(), room(case));
+    let dimension = case.dimension();
+    let room = room(case);
     let Obstacle { polygon, surface, heights, position, centre, .. } = typed;
     let key = &format!("{key}.{}", kind(typed, key, &room, dimension)?);
     let shift =
@@ -259,7 +261,8 @@ fn of_heights(
     if let Some(source) = source {
         return table::heights(source, dimension, factor);
     }
-    let (points, key) = (points.as_deref().unwrap_or_default(), format!("{key}.points"));
+    let points = points.as_deref().unwrap_or_default();
+    let key = format!("{key}.points");
     ensure!(dimension == 2, key, "are a line in 2D; in 3D give a file of x, y and z");
     ensure!(!points.is_empty(), key, "is empty: give a point at least");
     for (i, point) in points.iter().enumerate() {
@@ -288,7 +291,8 @@ fn keeps_off_sides(case: &Case, wall: &Wall, moved: &Prescribed, key: &str) -> C
         } else {
             (low[axis], high[axis])
         };
-        let (from, to) = (from + drift.min(0.0) - swing, to + drift.max(0.0) + swing);
+        let from = from + drift.min(0.0) - swing;
+        let to = to + drift.max(0.0) + swing;
         ensure!(
             from > 0.0 && to < size,
             key,
@@ -309,7 +313,8 @@ pub(in crate::config) fn off_walls(case: &Case) -> Check {
     for (k, wall) in walls {
         let there = case.particle.iter().enumerate().filter(|(_, p)| p.enter.is_none());
         for (id, particle) in there {
-            let (depth, slack) = (depth(particle, wall), slack(case, [particle; 2]));
+            let depth = depth(particle, wall);
+            let slack = slack(case, [particle; 2]);
             ensure!(
                 depth <= slack,
                 format!("obstacle.{k}"),

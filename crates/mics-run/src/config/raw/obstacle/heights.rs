@@ -90,7 +90,9 @@ impl Raster {
     fn misses(&self, shift: &Vector3<f64>, dimension: usize, room: &Room) -> Option<String> {
         let given = [&self.x, &self.y];
         given.iter().enumerate().find_map(|(axis, own)| {
-            let (low, high, size) = (own[0], own[own.len() - 1], room.size[axis]);
+            let low = own[0];
+            let high = own[own.len() - 1];
+            let size = room.size[axis];
             let x = ["x", "y"][axis];
             let begin = |a: usize| shift[a] - if a < dimension - 1 { given[a][0] } else { 0.0 };
             let begin: Vec<f64> = (0..dimension).map(begin).collect();
@@ -141,7 +143,8 @@ impl Raster {
 
     /// The ground over these places, closed by walls down to a plane at `deep` (m).
     fn closed(&self, x: &[At], y: &[At], deep: f64) -> Form {
-        let (n, m) = (x.len(), y.len());
+        let n = x.len();
+        let m = y.len();
         let mut points: Vec<[f64; 3]> = y
             .iter()
             .flat_map(|y| x.iter().map(|x| [x.place, y.place, self.height(x, y)]))
@@ -181,7 +184,8 @@ impl Raster {
         points.push([middle.x, middle.y, deep]);
         for k in 0..rim.len() {
             let next = (k + 1) % rim.len();
-            let ([a, b], [c, d]) = ([rim[k], rim[next]], [below + k, below + next]);
+            let [a, b] = [rim[k], rim[next]];
+            let [c, d] = [below + k, below + next];
             triangles.extend([[a, c, b], [b, c, d], [bottom, d, c]]);
         }
         Form::Surface { points, triangles }

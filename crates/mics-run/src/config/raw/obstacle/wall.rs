@@ -51,7 +51,8 @@ impl Form {
         room: &Room,
     ) -> Result<(Form, Vec<String>), Fault> {
         self.map(|a, x| {
-            let (x, size) = (x + shift[a], room.size[a]);
+            let x = x + shift[a];
+            let size = room.size[a];
             [0.0, size].into_iter().find(|side| (x - side).abs() <= ON_SIDE * size).unwrap_or(x)
         });
         let (given, triangles) = match self {
@@ -124,7 +125,8 @@ impl Wall {
         moves: bool,
     ) -> Result<Wall, Fault> {
         let mut solid = form.solid(room)?;
-        let (middle, of_volume) = (solid.centre(), solid.centre_of_volume());
+        let middle = solid.centre();
+        let of_volume = solid.centre_of_volume();
         let usual = |a: usize| if room.periodic[a] && !moves { middle[a] } else { of_volume[a] };
         let given = |a: usize| centre.as_ref().and_then(|centre| centre.get(a)).copied();
         let at = Vector3::from_fn(|a, _| given(a).unwrap_or_else(|| usual(a)));
@@ -191,7 +193,8 @@ impl Wall {
                 typed.polygon = Some(Outlines { outlines, ..Outlines::default() });
             }
             Form::Surface { points, triangles } => {
-                let (points, triangles) = (Some(points.clone()), Some(triangles.clone()));
+                let points = Some(points.clone());
+                let triangles = Some(triangles.clone());
                 typed.surface = Some(Surface { points, triangles, ..Surface::default() });
             }
         }

@@ -139,8 +139,10 @@ pub(in crate::config::raw) fn particle(case: &Case, particle: &Particle, index: 
     below_periods(case, &period_key(&key_shape, particle), particle.bounding())?;
     inside(case, &place, &format!("particle {index}"), particle)?;
     let Particle { motion, density, viscosity, .. } = particle;
-    let (velocity, spin) = (particle.velocity.as_deref(), particle.spin.as_ref());
-    let (locked, material) = (particle.locked.as_slice(), particle.material.as_deref());
+    let velocity = particle.velocity.as_deref();
+    let spin = particle.spin.as_ref();
+    let locked = particle.locked.as_slice();
+    let material = particle.material.as_deref();
     let nature = Nature {
         motion,
         density: *density,
@@ -188,7 +190,9 @@ pub(in crate::config::raw) fn inside(case: &Case, key: &str, who: &str, body: &P
             );
         } else {
             let [below, above] = body.reach(axis);
-            let (low, high, slack) = (centre - below, centre + above, slack(case, [body; 2]));
+            let low = centre - below;
+            let high = centre + above;
+            let slack = slack(case, [body; 2]);
             let holds = low >= -slack && high <= size + slack;
             let extent = format!("from {} to {} m along {x}", short(low), short(high));
             let cure = if high - low > size {

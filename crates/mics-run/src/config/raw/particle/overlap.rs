@@ -104,7 +104,8 @@ fn parts(body: &Particle) -> Cow<'_, [Part]> {
         Some(solid) => Cow::Borrowed(solid.geometry().parts()),
         None => {
             let radius = 0.5 * body.bounding();
-            let (place, core) = (Vector3::zeros(), Core::Point);
+            let place = Vector3::zeros();
+            let core = Core::Point;
             Cow::Owned(vec![Part { place, core, rounding: radius, radius }])
         }
     }

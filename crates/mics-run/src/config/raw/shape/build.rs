@@ -24,7 +24,8 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
     let mut shapes = Shapes::new(dimension, folder);
     let mut listed: Vec<Option<Solid>> = Vec::with_capacity(case.particle.len());
     for index in 0..case.particle.len() {
-        let (key, shape) = (format!("particle.{index}.shape"), &case.particle[index].shape);
+        let key = format!("particle.{index}.shape");
+        let shape = &case.particle[index].shape;
         let solid = match shape {
             Shape::Like(Like { particle, diameter }) => {
                 let key = format!("{key}.like");
@@ -213,7 +214,8 @@ impl Shapes {
                 points
             }
             Some(file) => {
-                let (path, key) = (self.folder.join(named(&file, key)?), format!("{key}.file"));
+                let path = self.folder.join(named(&file, key)?);
+                let key = format!("{key}.file");
                 let source = Source { path: &path, key: &key };
                 let rows = source.rows(&["x", "y"], "corners")?;
                 let points: Vec<[f64; 2]> =
@@ -240,7 +242,8 @@ impl Shapes {
                 points
             }
             Some(file) => {
-                let (path, key) = (self.folder.join(named(&file, key)?), format!("{key}.file"));
+                let path = self.folder.join(named(&file, key)?);
+                let key = format!("{key}.file");
                 let source = Source { path: &path, key: &key };
                 source.exists()?;
                 let (corners, notes) =
@@ -272,7 +275,8 @@ impl Shapes {
         let balls = match file {
             None => own_balls.unwrap_or_default(),
             Some(file) => {
-                let (path, key) = (self.folder.join(named(&file, key)?), format!("{key}.file"));
+                let path = self.folder.join(named(&file, key)?);
+                let key = format!("{key}.file");
                 let source = Source { path: &path, key: &key };
                 let columns: &[&str] = match self.dimension {
                     2 => &["x", "y", "diameter"],

@@ -11,7 +11,8 @@ pub(in crate::config::raw) struct Flaw {
 /// Checks that points (m), in order and either way round, are the corners of a convex polygon.
 pub(super) fn convex(points: &[[f64; 2]]) -> Result<(), Flaw> {
     simple(points)?;
-    let (count, span) = (points.len(), span(points));
+    let count = points.len();
+    let span = span(points);
     let sense = area(points).signum();
     let bent =
         |k: &usize| sense * cross(edge(points, *k), edge(points, *k + 1)) < -1e-9 * span * span;
@@ -35,7 +36,8 @@ fn span(points: &[[f64; 2]]) -> f64 {
 }
 
 fn edge(points: &[[f64; 2]], k: usize) -> [f64; 2] {
-    let (a, b) = (points[k % points.len()], points[(k + 1) % points.len()]);
+    let a = points[k % points.len()];
+    let b = points[(k + 1) % points.len()];
     [b[0] - a[0], b[1] - a[1]]
 }
 
@@ -56,7 +58,8 @@ fn area(points: &[[f64; 2]]) -> f64 {
 pub(in crate::config::raw) fn nested(mut outlines: Vec<Vec<[f64; 2]>>) -> Vec<Vec<[f64; 2]>> {
     let within = |outline: &[[f64; 2]], [x, y]: [f64; 2]| {
         let crosses = |k: &usize| {
-            let (a, [dx, dy]) = (outline[*k], edge(outline, *k));
+            let a = outline[*k];
+            let [dx, dy] = edge(outline, *k);
             (a[1] > y) != (a[1] + dy > y) && x < a[0] + (y - a[1]) / dy * dx
         };
         (0..outline.len()).filter(crosses).count() % 2 == 1

@@ -162,7 +162,8 @@ fn turned_anyhow(dimension: usize, random: &mut ChaCha8Rng) -> Orientation {
     }
     // Marsaglia (1972): two points in the unit disc make one of the unit sphere in four dimensions.
     let mut disc = || loop {
-        let (x, y) = (2.0 * uniform() - 1.0, 2.0 * uniform() - 1.0);
+        let x = 2.0 * uniform() - 1.0;
+        let y = 2.0 * uniform() - 1.0;
         let square = x * x + y * y;
         if square < 1.0 && square > 0.0 {
             return (x, y, square);

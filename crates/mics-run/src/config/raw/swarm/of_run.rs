@@ -29,7 +29,8 @@ pub(super) fn append(
         "that run says what shapes its bodies have and how they are turned: remove shape, shapes \
         and orientations"
     );
-    let (first, dimension) = (case.particle.len(), case.dimension());
+    let first = case.particle.len();
+    let dimension = case.dimension();
     for mut body in begin::bodies(run, dimension, key, read)? {
         body.name = swarm.name.clone();
         body.material = swarm.material.clone().or(body.material);

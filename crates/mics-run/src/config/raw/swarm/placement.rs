@@ -34,8 +34,10 @@ pub(super) fn room(
     axis: usize,
     diameter: f64,
 ) -> Option<(f64, f64)> {
-    let (size, radius) = (case.domain.size[axis], 0.5 * diameter);
-    let (mut low, mut high) = (region.min[axis], region.max[axis]);
+    let size = case.domain.size[axis];
+    let radius = 0.5 * diameter;
+    let mut low = region.min[axis];
+    let mut high = region.max[axis];
     if case.periodic(axis) {
         if diameter >= size || diameter + gap > size {
             return None;

@@ -30,9 +30,12 @@ impl Region {
         vector(&key(".min"), &self.min, case.dimension(), "m")?;
         vector(&key(".max"), &self.max, case.dimension(), "m")?;
         for (axis, &size) in case.domain.size.iter().enumerate() {
-            let (low, high, x) = (self.min[axis], self.max[axis], AXES[axis]);
+            let low = self.min[axis];
+            let high = self.max[axis];
+            let x = AXES[axis];
             for (end, at) in [("min", low), ("max", high)] {
-                let (holds, key) = ((0.0..=size).contains(&at), key(&format!(".{end}.{axis}")));
+                let holds = (0.0..=size).contains(&at);
+                let key = key(&format!(".{end}.{axis}"));
                 ensure!(
                     holds,
                     key,

@@ -135,7 +135,8 @@ fn particle(
         number.ok_or(format!("column `{name}` must be a finite number, not \"{text}\""))
     };
     let positive = |column: usize, unit: &str| {
-        let (name, value) = (header.get(column).unwrap_or_default(), number(column)?);
+        let name = header.get(column).unwrap_or_default();
+        let value = number(column)?;
         if value > 0.0 {
             Ok(value)
         } else {

@@ -10,7 +10,8 @@ pub(super) fn boundary(case: &Case) -> Check {
     let faces = || FACES.into_iter().zip(sides).enumerate();
     for (face, (name, side)) in faces() {
         let key = format!("boundary.{name}");
-        let (axis, opposite) = (face / 2, FACES[face ^ 1]);
+        let axis = face / 2;
+        let opposite = FACES[face ^ 1];
         let Some(side) = side else {
             ensure!(axis >= dimension, key, "missing: a 3D case needs bottom and top as well");
             continue;
@@ -30,7 +31,8 @@ pub(super) fn boundary(case: &Case) -> Check {
             Side::MovingWall(velocity) => {
                 let key = format!("{key}.moving_wall");
                 vector(&key, velocity, dimension, "m/s")?;
-                let (normal, x) = (velocity[axis], AXES[axis]);
+                let normal = velocity[axis];
+                let x = AXES[axis];
                 let key = format!("{key}.{axis}");
                 ensure!(
                     normal == 0.0,
@@ -62,7 +64,8 @@ fn balance(case: &Case) -> Check {
     let [enters, leaves] =
         [1.0, -1.0].map(|sign| fluxes().map(|flux| (sign * flux).max(0.0)).sum::<f64>());
     let unit = if case.dimension() == 2 { "m2/s" } else { "m3/s" };
-    let (name, opposite) = (FACES[face], FACES[face ^ 1]);
+    let name = FACES[face];
+    let opposite = FACES[face ^ 1];
     ensure!(
         (enters - leaves).abs() <= BALANCED * enters.max(leaves),
         format!("boundary.{name}"),
@@ -79,7 +82,8 @@ const BALANCED: f64 = 1e-12;
 
 /// Checks a profile of an inflow.
 fn profile(key: &str, profile: &Profile, dimension: usize) -> Check {
-    let (points, velocities) = (profile.at.len(), profile.velocity.len());
+    let points = profile.at.len();
+    let velocities = profile.velocity.len();
     let key_at = format!("{key}.at");
     finite(&key_at, &profile.at, "m")?;
     ensure!(points >= 2, key_at, "needs at least 2 coordinates (m), not {points}");

@@ -129,7 +129,8 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
 
 /// Checks that the particles of a measure are there.
 fn particles(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
-    let (kind, count) = (measure.kind, case.particle.len());
+    let kind = measure.kind;
+    let count = case.particle.len();
     if measure.obstacle.is_some() {
         let holds = kind.is_of_force() && !kind.fits_morison();
         ensure!(
