@@ -249,14 +249,14 @@ fn mixture_faults(case: &Case) -> Option<String> {
     let free = case.particle.iter().any(Particle::is_free);
     let far = |p: &Particle| p.is_free() && !MIXTURE.contains(&(p.density / case.fluid.density));
     let faults = [
-        (true, "forces hang on the step"),
+        (true, "forces depend on the step"),
         (free, "free bodies settle 14 to 30 % too fast"),
         (case.particle.iter().any(far), "bodies of this density soon end the run"),
     ];
     let faults: Vec<_> = faults.into_iter().filter(|(met, _)| *met).map(|(_, what)| what).collect();
     Some(format!(
-        "warning      coupling.wall = \"mixing\" is the paper's method as printed: {}; \"sharp\" has \
-        none of this (docs/mixture.md has how much)",
+        "warning      coupling.wall = \"mixing\" is the paper's method as printed: {}; \"sharp\" \
+        has none of this (docs/mixture.md has how much)",
         faults.join(", ")
     ))
 }

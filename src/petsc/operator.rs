@@ -11,8 +11,8 @@
 //! body by body, and what keeps P definite in a closed box. Without these the matrix is the
 //! operator itself.
 //!
-//! `-pc_type boxmg` is registered with PETSc and works wherever PETSc takes a preconditioner for the
-//! whole system.
+//! `-pc_type boxmg` is registered with PETSc and works wherever PETSc takes a preconditioner for
+//! the whole system.
 
 use super::Session;
 use super::failure::{check, hear};
@@ -249,7 +249,8 @@ unsafe extern "C" fn apply(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec) -> ffi::PetscE
         }
         if carried.is_null() {
             hear(
-                "boxmg preconditions the whole system only, not a part of it (as in bjacobi or asm)",
+                "boxmg preconditions the whole system only, not a part of it (as in bjacobi or \
+                asm)",
             );
             return UNSUPPORTED;
         }
