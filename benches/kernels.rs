@@ -114,7 +114,7 @@ fn fluid<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
         });
     });
     group.bench_function(BenchmarkId::new("faces-acceleration", &size), |b| {
-        b.iter(|| faces::acceleration(&grid, scene.method.beta(), None, black_box(&p), &mut rate));
+        b.iter(|| faces::acceleration(&grid, scene.method.beta(), black_box(&p), &mut rate));
     });
     group.bench_function(BenchmarkId::new("faces-divergence", &size), |b| {
         b.iter(|| faces::divergence(&grid, black_box(&scene.state.faces), &mut divergence));

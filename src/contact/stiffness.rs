@@ -48,8 +48,8 @@ impl Impact {
         let length =
             (0..3).map(|a| if gravity[a] == 0.0 { 0.0 } else { size[a] }).fold(0.0, f64::max);
         let mut speeds = [0.0f64; 2];
-        let mut impact = Impact::default();
-        impact.depth = 2.0 * AUTO_OVERLAP * smallest;
+        let depth = 2.0 * AUTO_OVERLAP * smallest;
+        let mut impact = Impact { depth, ..Impact::default() };
         let obstacles = bodies.iter().filter(|body| body.shape().is_obstacle()).count();
         let count = bodies.len() - obstacles;
         for body in bodies {
