@@ -270,16 +270,13 @@ fn mean_balance_of_momentum_closes_in_driven_channel() {
 fn statistics_and_balance_include_entering_bodies() {
     let dir = tempfile::tempdir().unwrap();
     let stream = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"slip\"", "\"slip\""];
-    let more = format!(
-        "[[swarm]]\ncount = 3\nregion = {{ min = [0.05, 0.0], max = [0.6, 1.0] }}\n\
+    let more = "[[swarm]]\ncount = 3\nregion = { min = [0.05, 0.0], max = [0.6, 1.0] }\n\
         diameter = 0.2\ndensity = 1.5\n\
-         feed = {{ rate = 8.0, from = 0.055 }}\n[contact]\n[statistics]\nevery = 1\n\
-         [coupling]\nwall = \"sharp\"\n\
+         feed = { rate = 8.0, from = 0.055 }\n[contact]\n[statistics]\nevery = 1\n\
          [pressure]\ndivergence_limit = 1e-9\n[output]\nfigures = false\n[time]\nend = 0.4\n\
-         step = 0.01\n"
-    );
+         step = 0.01\n";
     let out = dir.path().join("out");
-    run(&write(dir.path(), &box_case([2.0, 1.0], [48, 24], 0.01, stream, &more)), &out, &[]);
+    run(&write(dir.path(), &box_case([2.0, 1.0], [48, 24], 0.01, stream, more)), &out, &[]);
     let found = Snapshot::read(&out.join("statistics.vti")).unwrap();
     let filled =
         found.array("solid_fraction").unwrap().values.iter().sum::<f64>() * 2.0 / (48.0 * 24.0);
