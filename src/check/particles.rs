@@ -250,7 +250,7 @@ fn mixture_faults(case: &Case) -> Option<String> {
     let far = |p: &Particle| p.is_free() && !MIXTURE.contains(&(p.density / case.fluid.density));
     let faults = [
         (true, "forces depend on the step"),
-        (free, "free bodies settle 14 to 30 % too fast"),
+        (free, "free bodies settle too fast (a disc of s = 1.25 by 14 to 30 %)"),
         (case.particle.iter().any(far), "bodies of this density soon end the run"),
     ];
     let faults: Vec<_> = faults.into_iter().filter(|(met, _)| *met).map(|(_, what)| what).collect();

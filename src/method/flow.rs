@@ -41,7 +41,7 @@ pub struct Flow<const D: usize> {
     pub momentum: Momentum<D>,
     /// Whether cells take (16) as printed.
     pub cell_gradient: bool,
-    /// That by pressure and drive on faces (m/s2), of the pressure at the start of the step
+    /// Acceleration by pressure and drive on faces (m/s2), of the pressure at the start of the step
     /// and, after (16), at its end.
     pub acceleration: VectorField<D>,
     /// The most that faces have at once of the last pressure's acceleration, in place of the mean
