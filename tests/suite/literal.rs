@@ -1,5 +1,6 @@
 //! Eq. (19) as the paper prints it, against sums written out by hand.
 
+use crate::motion::disc;
 use crate::support::{PERIODIC, box_case, petsc};
 use mics::method::Kind;
 use mics::scene::Scene;
@@ -130,4 +131,39 @@ fn literal_force_of_eq_19_equals_sum_over_cells() {
             );
         }
     }
+}
+
+/// (17): a free particle gains the force of (19), its weight less buoyancy and what contacts give.
+#[test]
+fn motion_of_eq_17_is_force_weight_and_contact_impulse() {
+    let petsc = petsc();
+    let more = [
+        disc(0.2, [0.4, 0.52], 2.65, "velocity = [1.0, 0.0]"),
+        disc(0.2, [0.61, 0.5], 5.0, ""),
+        "[contact]\nnormal_stiffness = 1.0e2\nfriction = 0.3\n".into(),
+    ]
+    .concat();
+    let text = box_case([1.0, 1.0], [N, N], VISCOSITY, PERIODIC, &more)
+        .replacen('\n', "\npreset = \"mics-2003\"\n", 1)
+        .replace("viscosity = 0.07", "gravity = [0.3, -1.0]\nviscosity = 0.07");
+    let mut scene: Scene<2> = petsc.scene(&text);
+    let gravity = scene.domain.fluid.gravity;
+    let mut pushed = 0;
+    for _ in 0..40 {
+        let before = scene.state.bodies.clone();
+        let dt = 2e-3;
+        scene.step(dt).unwrap();
+        for ((body, before), exchange) in
+            scene.state.bodies.iter().zip(&before).zip(&scene.state.exchange)
+        {
+            let weight = (body.density - 1.0) * body.volume() * gravity;
+            let gained = body.mass() / dt * (body.velocity - before.velocity);
+            let given = exchange.literal() + weight + exchange.contact;
+            assert!((gained - given).norm() < 1e-12 * (1.0 + given.norm()), "{gained} {given}");
+            pushed += usize::from(exchange.contact.norm() > 0.01);
+        }
+        let [one, other] = [0, 1].map(|k| scene.state.exchange[k].contact);
+        assert!((one + other).norm() < 1e-12 * (1.0 + one.norm()), "{one} {other}");
+    }
+    assert!(pushed > 4, "they meet: {pushed}");
 }
