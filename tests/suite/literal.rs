@@ -79,6 +79,17 @@ fn by_hand(density: f64, inner: f64, alpha: At<f64>, after: At<[f64; 2]>) -> Sum
     sums
 }
 
+/// Gives a scene the stagnation flow.
+fn set_stagnation_flow(scene: &mut Scene<2>) {
+    for c in scene.domain.grid.rows().flatten() {
+        let at = scene.domain.grid.centre(c);
+        for (axis, rate) in [RATE, -RATE].into_iter().enumerate() {
+            scene.state.u[axis][c] = rate * (at[axis] - 0.5);
+            scene.state.faces[axis][c] = rate * (at[axis] - 0.5 * H - 0.5);
+        }
+    }
+}
+
 /// The fractions are those of the method, which have tests of their own. A particle gains what
 /// the sums give over the step, and nothing else.
 #[test]
@@ -99,13 +110,7 @@ fn literal_force_of_eq_19_equals_sum_over_cells() {
         let mut scene: Scene<2> = petsc.scene(&text);
         assert_eq!(scene.method.kind(), Kind::Mixing);
         let grid = scene.domain.grid.clone();
-        for c in grid.rows().flatten() {
-            let at = grid.centre(c);
-            for (axis, rate) in [RATE, -RATE].into_iter().enumerate() {
-                scene.state.u[axis][c] = rate * (at[axis] - 0.5);
-                scene.state.faces[axis][c] = rate * (at[axis] - 0.5 * H - 0.5);
-            }
-        }
+        set_stagnation_flow(&mut scene);
         let mut fractions = grid.field();
         for o in scene.method.overlaps_of(0).unwrap() {
             fractions[o.cell] = o.fraction;
@@ -166,4 +171,47 @@ fn motion_of_eq_17_is_force_weight_and_contact_impulse() {
         assert!((one + other).norm() < 1e-12 * (1.0 + one.norm()), "{one} {other}");
     }
     assert!(pushed > 4, "they meet: {pushed}");
+}
+
+/// (27) to (29): a body of the fluid's density and viscosity leaves the mixture uniform, so that
+/// u_f and p_f are those of the flow without it.
+#[test]
+fn mixing_of_eq_27_to_29_equals_sum_over_cells() {
+    let petsc = petsc();
+    let velocity = Vector3::new(0.2, -0.1, 0.0);
+    let spin = Vector3::new(0.0, 0.0, 1.5);
+    let how = "motion = { prescribed = { velocity = [0.2, -0.1], spin = 1.5 } }";
+    let scene = |body: &str| {
+        let text = box_case([1.0, 1.0], [N, N], VISCOSITY, PERIODIC, body);
+        let text = text.replacen('\n', "\npreset = \"mics-2003\"\n", 1);
+        let mut scene: Scene<2> = petsc.scene(&(text + "[pressure]\ndivergence_limit = 1e-9\n"));
+        set_stagnation_flow(&mut scene);
+        scene.step(DT).unwrap();
+        scene
+    };
+    let body = disc(2.0 * RADIUS, CENTRE, 1.0, &format!("{how}\nviscosity = {VISCOSITY:?}"));
+    let mixed = scene(&body);
+    let fluid = scene("");
+    let overlaps = mixed.method.overlaps_of(0).unwrap();
+    let whole: f64 = overlaps.iter().map(|o| o.fraction).sum();
+    let mean = overlaps.iter().map(|o| o.fraction * fluid.state.p[o.cell]).sum::<f64>() / whole;
+    let mut force = Vector3::zeros();
+    let mut torque = Vector3::zeros();
+    for o in overlaps {
+        let before = Vector3::new(fluid.state.u[0][o.cell], fluid.state.u[1][o.cell], 0.0);
+        let rigid = velocity + if o.fraction < 1.0 { spin.cross(&o.arm) } else { Vector3::zeros() };
+        let change = o.fraction * (rigid - before);
+        for axis in 0..2 {
+            let found = mixed.state.u[axis][o.cell];
+            assert!((found - before[axis] - change[axis]).abs() < 1e-9, "{found}, {before}");
+        }
+        force -= H * H / DT * change;
+        torque -= H * H / DT * o.arm.cross(&change);
+        let expected = fluid.state.p[o.cell] + o.fraction * (mean - fluid.state.p[o.cell]);
+        let found = mixed.state.p[o.cell];
+        assert!((found - expected).abs() < 1e-6 * mean.abs(), "{found} Pa, not {expected}");
+    }
+    let found = mixed.state.exchange[0];
+    assert!((found.momentum - force).norm() < 1e-8 * force.norm(), "{} {force}", found.momentum);
+    assert!((found.momentum_torque - torque).norm() < 1e-8 * torque.norm(), "{torque}");
 }
