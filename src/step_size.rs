@@ -12,7 +12,7 @@ const LAST_STEPS: f64 = 50.0;
 /// Refuses a step, or a Courant number to choose steps by, that breaks a limit.
 pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
     let ((bound, limit), largest) = (limits.tightest(), limits.scheme.courant_limit());
-    match loaded.case.time.step {
+    match loaded.case.time.length() {
         Step::Fixed(step) if step > limit => Err(loaded.error_at(
             "time.step",
             format!(
@@ -66,7 +66,7 @@ impl fmt::Display for Choice {
 /// `time.end`. The first step is as short as without further stages for viscosity: what has just
 /// been let go is resolved.
 pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64) -> (f64, Choice) {
-    let courant = match case.time.step {
+    let courant = match case.time.length() {
         Step::Fixed(step) => return (step, Choice::Given),
         Step::Courant(number) => number,
     };

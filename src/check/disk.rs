@@ -83,10 +83,10 @@ pub fn expected<const D: usize>(
     scene.state.serialize(&domain.grid, &mut archive)?;
     archive.finish()?;
     let has_rows =
-        |motion: &Motion| !matches!((motion, case.output.fixed), (Motion::Fixed, FixedRows::Once));
+        |motion: &Motion| !matches!((motion, case.output.fixed_rows()), (Motion::Fixed, FixedRows::Once));
     let moving = case.particle.iter().filter(|p| has_rows(&p.motion)).count() as f64;
-    let particles = PARTICLE_ROW[D - 2] * moving * (1.0 + due(&case.output.particles));
-    let solves = case.history().map(|often| SOLVE_ROW * solve_rows * due(&often));
+    let particles = PARTICLE_ROW[D - 2] * moving * (1.0 + due(&case.output.rows()));
+    let solves = case.pressure.history.cadence().map(|often| SOLVE_ROW * solve_rows * due(&often));
     let all = snapshot * snapshots
         + CHECKPOINTS * checkpoint.0
         + particles
@@ -113,9 +113,9 @@ pub fn describe(case: &Case, disk: &Disk) -> String {
     );
     if !case.particle.is_empty() {
         words +=
-            &format!("; particles.csv {}, {}", often(&case.output.particles), size(disk.particles));
+            &format!("; particles.csv {}, {}", often(&case.output.rows()), size(disk.particles));
     }
-    if let Some((history, bytes)) = case.history().zip(disk.solves) {
+    if let Some((history, bytes)) = case.pressure.history.cadence().zip(disk.solves) {
         words += &format!("; solves.csv {}, {}", often(&history), size(bytes));
     }
     let checkpoint = match case.output.checkpoint {

@@ -19,7 +19,7 @@ pub fn describe<const D: usize>(
     let (dt, choice) = choose_step(case, limits, None, case.time.end);
     let later = later_step(case, limits);
     let count = |dt: f64| (case.time.end / dt * (1.0 - 1e-9)).ceil();
-    let at = if let Step::Courant(_) = case.time.step { " at the start" } else { "" };
+    let at = if let Step::Courant(_) = case.time.length() { " at the start" } else { "" };
     let speed = brief(largest_speed(case));
     let shorter = (later < 0.99 * dt)
         .then(|| format!(", {} of {later:.1e} s at {speed} m/s", whole(count(later))));

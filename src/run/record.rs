@@ -69,7 +69,7 @@ impl<const D: usize> Run<'_, D> {
         }
         self.account.last_rows = Some(self.scene.state.steps);
         let rule = self.case.coupling.wall.force();
-        let fixed = self.case.output.fixed;
+        let fixed = self.case.output.fixed_rows();
         self.on_lead(|folder, scene, _| {
             let s = &scene.state;
             let shown = |body: &Body| {

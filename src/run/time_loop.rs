@@ -71,8 +71,8 @@ impl<const D: usize> Run<'_, D> {
         let time = self.scene.state.time;
         Pending {
             fields: Schedule::new(self.case.output.fields, time),
-            particles: Schedule::new(Some(self.case.output.particles), time),
-            history: Schedule::new(self.case.history(), time),
+            particles: Schedule::new(Some(self.case.output.rows()), time),
+            history: Schedule::new(self.case.pressure.history.cadence(), time),
             speed: 0.0,
             kept_speed: 0.0,
             solved: false,

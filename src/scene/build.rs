@@ -97,7 +97,7 @@ pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
     let along = Vector3::from_fn(|axis, _| if periodic(axis) { gravity[axis] } else { 0.0 });
     match drive {
         config::Drive::Force(force) => Drive::Fluid(Vector3::from(axes::<f64, 3>(force))),
-        config::Drive::Gravity => Drive::Gradient(case.fluid.density * along),
+        config::Drive::Gravity(_) => Drive::Gradient(case.fluid.density * along),
         config::Drive::MeanVelocity(held) => {
             Drive::Held { axis: held.axis.index(), velocity: held.value }
         }
@@ -125,13 +125,13 @@ pub(super) fn mixture<const D: usize>(grid: &Grid<D>, case: &Case, bodies: &[Bod
 }
 
 fn scheme(case: &Case) -> Scheme {
-    match (case.time.scheme, case.time.advection) {
+    match (case.time.scheme(), case.time.advection) {
         (_, config::Advection::Qsi) => scheme::QSI,
         (config::Scheme::Euler, _) => scheme::EULER,
         (config::Scheme::Rk2, _) => scheme::RK2,
         (config::Scheme::Rk3, _) => scheme::RK3,
-        (config::Scheme::Rkl2, _) => scheme::RK2.stabilised(case.time.max_stages),
-        (config::Scheme::Rkl3, _) => scheme::RK3.stabilised(case.time.max_stages),
+        (config::Scheme::Rkl2, _) => scheme::RK2.stabilised(case.time.stages()),
+        (config::Scheme::Rkl3, _) => scheme::RK3.stabilised(case.time.stages()),
     }
 }
 

@@ -48,7 +48,7 @@ pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
 /// that are held where they have rows, and the obstacles.
 pub fn loaded(case: &Case, asked: &[usize]) -> Vec<usize> {
     let held = |id: &usize| {
-        case.output.fixed == FixedRows::Always && case.particle[*id].motion == Motion::Fixed
+        case.output.fixed_rows() == FixedRows::Always && case.particle[*id].motion == Motion::Fixed
     };
     let held = (0..case.particle.len()).filter(held);
     let walls = case.particle.len()..case.particle.len() + case.obstacle.len();

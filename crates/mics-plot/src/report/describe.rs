@@ -72,7 +72,7 @@ fn fluid(case: &Case) -> Vec<String> {
 
 /// The steps, their scheme and that of advection.
 fn time(case: &Case) -> Vec<String> {
-    let scheme = match case.time.scheme {
+    let scheme = match case.time.scheme() {
         Scheme::Euler => "Euler",
         Scheme::Rk2 => "two-stage Runge-Kutta",
         Scheme::Rk3 => "three-stage Runge-Kutta",
@@ -87,7 +87,7 @@ fn time(case: &Case) -> Vec<String> {
         Advection::Upwind5 => "fifth-order upwind, conservative",
         Advection::Qsi => "QSI, semi-Lagrangian",
     };
-    let steps = match case.time.step {
+    let steps = match case.time.length() {
         Step::Fixed(step) => format!("steps of {step} s"),
         Step::Courant(number) => format!("steps by a Courant number of {number}"),
     };

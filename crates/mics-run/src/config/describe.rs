@@ -251,7 +251,7 @@ impl Drive {
     pub fn describe(&self) -> String {
         match self {
             Drive::Force(force) => format!("a force of {force:?} N/m3 on the fluid"),
-            Drive::Gravity => "gravity along the periodic axes, on the fluid as well".into(),
+            Drive::Gravity(_) => "gravity along the periodic axes, on the fluid as well".into(),
             Drive::MeanVelocity(held) => format!(
                 "the gradient of the pressure that holds a mean velocity of {} m/s along {}",
                 held.value,

@@ -11,7 +11,7 @@
 //! ```
 
 use super::fault::Fault;
-use super::raw::{Case, Measure, MeasureKind, Motion};
+use super::raw::{Case, Drive, Measure, MeasureKind, Motion};
 use nalgebra::Vector3;
 
 /// The direction, of length 1, of measure `index`; `None` of what is of no force.
@@ -72,22 +72,26 @@ fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
         return vector(amplitude);
     }
     let heavy = particle.density.unwrap_or(case.fluid.density) - case.fluid.density;
-    match (&particle.motion, &case.fluid.gravity) {
-        (Motion::Free, Some(gravity)) => -heavy.signum() * vector(gravity),
+    match particle.motion {
+        Motion::Free if !case.fluid.gravity.is_empty() => {
+            -heavy.signum() * vector(&case.fluid.gravity)
+        }
         _ => driven(case).unwrap_or_default(),
     }
 }
 
 /// Where the drive pushes the fluid: its force, or gravity along the periodic axes.
 fn driven(case: &Case) -> Option<Vector3<f64>> {
-    let drive = case.drive.as_ref()?;
-    let force = drive.force.as_ref().map(|force| vector(force));
-    force.or_else(|| drive.gravity.then(|| gravity_along(case, true)))
+    match case.drive.as_ref()? {
+        Drive::Force(force) => Some(vector(force)),
+        Drive::Gravity(_) => Some(gravity_along(case, true)),
+        Drive::MeanVelocity(_) => None,
+    }
 }
 
 /// Gravity along the axes that are periodic, or along those that have sides.
 fn gravity_along(case: &Case, periodic: bool) -> Vector3<f64> {
-    let gravity = case.fluid.gravity.as_ref().map_or(Vector3::zeros(), |g| vector(g));
+    let gravity = vector(&case.fluid.gravity);
     Vector3::from_fn(|a, _| {
         if a < case.dimension() && case.periodic(a) == periodic { gravity[a] } else { 0.0 }
     })

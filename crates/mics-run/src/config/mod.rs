@@ -31,16 +31,16 @@ mod write;
 pub use raw::obstacle::Wall;
 pub use raw::shape::solid::{Shape, Solid};
 pub use raw::{
-    Advection, Axis, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock,
-    MOST_SUBSTEPS, MeanVelocity, MeasureKind, Orientation, Oscillation, Petsc, Preset, Pressure,
-    Probe, Profile, Reference, Region, Removed, Round, Scheme, Section, Side, Solver, Statistics,
-    Stiffness, Substeps, TangentialDamping, WALL, WallRule, When,
+    Advection, Axis, Cadence, Checkpoints, Coupling, Damping, Domain, Drive, FACES, FixedRows,
+    Fluid, ForceRule, History, Lock, MOST_SUBSTEPS, MeanVelocity, MeasureKind, Orientation,
+    Oscillation, Output, Petsc, Preset, Pressure, Probe, Profile, Reference, Region, Removed, Round,
+    Scheme, Section, Side, Solver, Statistics, Step, Stiffness, Substeps, TangentialDamping, Time,
+    WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};
 pub use reference::reference;
 pub use resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Enter, Fluid, Initial, Loss, Measure, Motion,
-    Obstacle, Output, Pair, PairLaw, Particle, Step, Target, Time,
+    Case, Contact, Enter, Initial, Loss, Measure, Motion, Obstacle, Pair, PairLaw, Particle, Target,
 };
 
 /// The material of particles that name none.

@@ -325,7 +325,7 @@ kind = "drag_coefficient"
     #[test]
     fn override_drops_alternative_key_of_file() {
         let case = load_text(CHANNEL, &["time.step=0.01"]).unwrap();
-        assert_eq!(case.time.step, Step::Fixed(0.01));
+        assert_eq!(case.time.length(), Step::Fixed(0.01));
         let (line, key, message) = refusal(CHANNEL, &["time.cfl=0.2", "time.step=0.01"]);
         assert_eq!((line, key.as_str()), (None, "time.step"));
         assert!(message.contains("exclude each other"), "{message}");

@@ -4,22 +4,14 @@
 mod bodies;
 
 use super::direction;
-use super::fault::{Check, Fault, positive};
-use super::raw::{self, Advection, FixedRows, History, Scheme, Side, Stiffness, WallRule, Which};
+use super::fault::Fault;
+use super::raw::{self, Side, Stiffness, WallRule, Which};
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Fluid, Initial, Loss, Measure, Motion, Output,
-    Pair, PairLaw, Step, Target, Time,
+    Case, Contact, Initial, Loss, Measure, Motion, Pair, PairLaw, Target,
 };
 
 use bodies::{obstacle, particle};
 use nalgebra::Vector3;
-
-/// So many fixed particles beside others are listed one by one; more are a ground.
-const MANY: usize = 10;
-
-/// Rows of `particles.csv` a step where the case does not say how often: four times the bytes of
-/// `steps.csv`.
-const ROWS_A_STEP: usize = 4;
 
 /// Height of the asperities where none is given, of the smallest radius.
 const ROUGHNESS: f64 = 2e-4;
@@ -40,12 +32,12 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let directions = directions.collect::<Result<Vec<_>, _>>()?;
     let velocity = raw.initial.velocity.clone().or_else(|| inflow(&raw)).unwrap_or(rest.clone());
     let resting = raw.particle.iter().filter(|p| p.motion == raw::Motion::Fixed).count();
-    let ground = resting > MANY && resting < raw.particle.len();
-    let fixed = if ground { FixedRows::Once } else { FixedRows::Always };
     let entrances: Vec<_> = raw.particle.iter().map(|p| p.entrance(&raw)).collect();
     let initial = initial(raw.initial, velocity);
-    let raw::Fluid { density, viscosity, gravity } = raw.fluid;
-    let fluid = Fluid { density, viscosity, gravity: gravity.unwrap_or(rest.clone()) };
+    let mut fluid = raw.fluid;
+    if fluid.gravity.is_empty() {
+        fluid.gravity.clone_from(&rest);
+    }
     let smallest = smallest(&raw.particle);
     let force = raw.coupling.wall.force();
     let count = raw.particle.len();
@@ -53,6 +45,10 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
     let obstacle = walls.collect::<Result<Vec<_>, _>>()?;
     let bodies = count + obstacle.len();
     let moves = resting < count || obstacle.iter().any(|o| o.motion != Motion::Fixed);
+    let mut time = raw.time;
+    time.fill(raw.coupling.wall == WallRule::Mixing && bodies > 0, bodies > 0, moves)?;
+    let mut output = raw.output;
+    output.fill(count, resting);
     let measures = raw.measure.into_iter().zip(directions);
     let case = Case {
         name: raw.name,
@@ -62,17 +58,12 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
             .map(|(index, (p, at))| particle(index, p, at, &fluid, &rest))
             .collect::<Result<_, _>>()?,
         contact: raw.contact.map(|c| contact(c, smallest)).transpose()?,
-        time: time(
-            raw.time,
-            raw.coupling.wall == WallRule::Mixing && bodies > 0,
-            bodies > 0,
-            moves,
-        )?,
+        time,
         obstacle,
         measure: measures
             .map(|(m, direction)| measure(m, direction, reference_speed, (force, count)))
             .collect(),
-        output: output(raw.output, fixed, count, resting)?,
+        output,
         domain: raw.domain,
         coupling: raw.coupling,
         pressure: raw.pressure,
@@ -81,11 +72,10 @@ pub(super) fn resolve(raw: raw::Case) -> Result<Case, Fault> {
         probe: raw.probe,
         fluid,
         initial,
-        drive: raw.drive.map(drive),
+        drive: raw.drive,
         reference_speed,
         stream,
     };
-    check(&case)?;
     Ok(case)
 }
 
@@ -100,14 +90,6 @@ fn sides(raw: raw::Boundary) -> Vec<[Side; 2]> {
 fn smallest(particles: &[raw::Particle]) -> f64 {
     let diameters = particles.iter().filter_map(|p| Some(p.built()?.diameter()));
     diameters.reduce(f64::min).unwrap_or(0.0)
-}
-
-/// Checks what takes values to tell.
-fn check(case: &Case) -> Check {
-    if let History::Every(often) = &case.pressure.history {
-        cadence("pressure.history", often)?;
-    }
-    Ok(())
 }
 
 /// What is there at time 0, with this velocity of the fluid (m/s).
@@ -125,15 +107,6 @@ fn inflow(raw: &raw::Case) -> Option<Vec<f64>> {
         _ => None,
     };
     raw.sides().into_iter().enumerate().find_map(middle)
-}
-
-/// A checked drive.
-fn drive(raw: raw::Drive) -> Drive {
-    match (raw.force, raw.mean_velocity) {
-        (Some(force), _) => Drive::Force(force),
-        (None, Some(held)) => Drive::MeanVelocity(held),
-        (None, None) => Drive::Gravity,
-    }
 }
 
 /// The contacts of a case whose smallest particle has this diameter (m).
@@ -170,40 +143,6 @@ fn loss(restitution: Option<f64>, damping: Option<raw::Damping>) -> Option<Loss>
     restitution.map(Loss::Restitution).or(damping.map(Loss::Damping))
 }
 
-/// Most stages of a step where there are no bodies, where all are fixed, and where some move. What
-/// is imposed at a wall has a part that turns and does not decay: with ten the drag of a quarter of
-/// the places of a fixed disc stays in motion by some thousandths, with eight of none. What moves
-/// feels the fluid's answer a step late, and has fewer steps to come to rest on a wall the longer
-/// they are.
-const MAX_STAGES: [usize; 3] = [10, 8, 4];
-
-/// Time stepping of a case that has particles `mixed` in or not, `some` or none, of which some move
-/// or none.
-fn time(raw: raw::Time, mixed: bool, some: bool, moves: bool) -> Result<Time, Fault> {
-    let raw::Time { end, step, cfl, scheme, max_stages, advection } = raw;
-    let scheme = scheme.unwrap_or(match (mixed, moves) {
-        (true, _) => Scheme::Rk2,
-        (false, true) => Scheme::Rkl2,
-        (false, false) => Scheme::Rkl3,
-    });
-    let key = if max_stages.is_some() { "time.max_stages" } else { "time.scheme" };
-    let cure = "choose rk2 without max_stages, or coupling.wall = \"sharp\"";
-    ensure!(
-        !mixed || !(scheme.has_further_stages() || max_stages.is_some()),
-        key,
-        "rkl2 and rkl3 have no stages for the mixing (27): {cure}"
-    );
-    let default = match scheme {
-        // Euler steps with upwind advection reach less far than all others.
-        Scheme::Euler if advection != Advection::Qsi => 0.2,
-        Scheme::Rkl3 => 0.8,
-        _ => 0.4,
-    };
-    let courant = || Step::Courant(cfl.unwrap_or(default));
-    let max_stages = max_stages.unwrap_or(MAX_STAGES[usize::from(some) + usize::from(moves)]);
-    Ok(Time { end, step: step.map_or_else(courant, Step::Fixed), scheme, max_stages, advection })
-}
-
 /// A measure along this direction and axis of a case with this reference speed (m/s), this force of
 /// its method and so many particles.
 fn measure(
@@ -233,61 +172,6 @@ fn measure(
         length,
         force: own.filter(|_| kind.is_of_force()).unwrap_or(force),
         target: reference.map(target),
-    }
-}
-
-/// What is written by a case with particles of which so many `rest`.
-fn output(raw: raw::Output, fixed: FixedRows, count: usize, rest: usize) -> Result<Output, Fault> {
-    let fixed = raw.fixed.unwrap_or(fixed);
-    let rows = if fixed == FixedRows::Once { count - rest } else { count };
-    let often = Cadence::Steps(rows.div_ceil(ROWS_A_STEP).max(1) as u64);
-    let particles = raw.particles.as_ref().map(|particles| cadence("output.particles", particles));
-    Ok(Output {
-        particles: particles.transpose()?.unwrap_or(often),
-        fields: raw.fields.as_ref().map(|fields| cadence("output.fields", fields)).transpose()?,
-        checkpoint: checkpoints("output.checkpoint", &raw.checkpoint)?,
-        figures: raw.figures,
-        removed: raw.removed,
-        fixed,
-        planes: raw.planes,
-    })
-}
-
-fn cadence(key: &str, raw: &raw::Cadence) -> Result<Cadence, Fault> {
-    match (raw.every, raw.every_time) {
-        (Some(steps), None) => {
-            ensure!(steps > 0, format!("{key}.every"), "must be 1 step or more, not 0");
-            Ok(Cadence::Steps(steps))
-        }
-        (None, Some(time)) => {
-            positive(&format!("{key}.every_time"), time, "s")?;
-            Ok(Cadence::Time(time))
-        }
-        _ => Err(Fault {
-            key: key.into(),
-            message:
-                "give exactly one of `every` (steps) and `every_time` (s), as in { every = 10 }"
-                    .into(),
-        }),
-    }
-}
-
-fn checkpoints(key: &str, raw: &raw::Checkpoints) -> Result<Checkpoints, Fault> {
-    match (raw.every_steps, raw.every_wall_minutes) {
-        (Some(steps), None) => {
-            ensure!(steps > 0, format!("{key}.every_steps"), "must be 1 step or more, not 0");
-            Ok(Checkpoints::Steps(steps))
-        }
-        (None, Some(minutes)) => {
-            positive(&format!("{key}.every_wall_minutes"), minutes, "minutes")?;
-            Ok(Checkpoints::WallMinutes(minutes))
-        }
-        _ => Err(Fault {
-            key: key.into(),
-            message: "give exactly one of `every_wall_minutes` and `every_steps`, as in { \
-                every_steps = 1000 }"
-                .into(),
-        }),
     }
 }
 

@@ -4,10 +4,9 @@
 use super::raw::obstacle::Wall;
 use super::raw::shape::solid::Shape;
 use super::raw::{
-    Advection, Axis, Coupling, Damping, Domain, FACES, FixedRows, ForceRule, History, Lock,
-    MeanVelocity, MeasureKind, Orientation, Oscillation, Petsc, Preset, Pressure, Probe, Reference,
-    Region, Removed, Scheme, Section, Side, Statistics, Stiffness, Substeps, TangentialDamping,
-    When,
+    Axis, Coupling, Damping, Domain, Drive, FACES, Fluid, ForceRule, Lock, MeasureKind, Orientation,
+    Oscillation, Output, Petsc, Preset, Pressure, Probe, Reference, Region, Side, Statistics,
+    Stiffness, Substeps, TangentialDamping, Time, When,
 };
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -60,17 +59,6 @@ pub struct Case {
 }
 
 impl Case {
-    /// How often `solves.csv` has the solves of a step; `None`: never.
-    pub fn history(&self) -> Option<Cadence> {
-        match &self.pressure.history {
-            History::Always(always) => always.then_some(Cadence::Steps(1)),
-            History::Every(often) => {
-                let steps = often.every.map(Cadence::Steps);
-                steps.or(often.every_time.map(Cadence::Time))
-            }
-        }
-    }
-
     /// 2 or 3: how many numbers `domain.size` has.
     pub fn dimension(&self) -> usize {
         self.domain.size.len()
@@ -100,28 +88,6 @@ impl Case {
     pub fn periodic(&self, axis: usize) -> bool {
         self.boundary[axis][0] == Side::Periodic
     }
-}
-
-/// The carrier fluid.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fluid {
-    /// Density (kg/m3), positive.
-    pub density: f64,
-    /// Dynamic viscosity (Pa s), zero (inviscid) or positive.
-    pub viscosity: f64,
-    /// Gravity (m/s2), a number for each axis.
-    pub gravity: Vec<f64>,
-}
-
-/// What moves the fluid besides its boundaries.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Drive {
-    /// A force on the fluid alone (N/m3), a number for each axis.
-    Force(Vec<f64>),
-    /// Gravity, along the axes that are periodic.
-    Gravity,
-    /// The gradient of the pressure that holds this mean velocity.
-    MeanVelocity(MeanVelocity),
 }
 
 /// One body.
@@ -299,30 +265,6 @@ impl Contact {
     }
 }
 
-/// Time stepping.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Time {
-    /// When the run ends (s).
-    pub end: f64,
-    /// What gives the length of a step.
-    pub step: Step,
-    /// The time scheme.
-    pub scheme: Scheme,
-    /// The most stages of a step by `rkl2`.
-    pub max_stages: usize,
-    /// The advection scheme.
-    pub advection: Advection,
-}
-
-/// What gives the length of a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
-    /// `time.step`: always this (s).
-    Fixed(f64),
-    /// `time.cfl`: this Courant number, sum over axes of |u| dt/h, and the other limits.
-    Courant(f64),
-}
-
 /// One number that `summary.json` reports.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measure {
@@ -373,41 +315,4 @@ pub struct Target {
     pub tolerance: f64,
     /// Where the reference is from, if the case says it.
     pub source: Option<String>,
-}
-
-/// What is written, and how often.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Output {
-    /// Rows of `particles.csv`.
-    pub particles: Cadence,
-    /// Snapshots under `fields/` besides the first and the last state.
-    pub fields: Option<Cadence>,
-    /// What becomes of a free particle that reaches an outflow.
-    pub removed: Removed,
-    /// How often fixed particles have rows.
-    pub fixed: FixedRows,
-    /// Where figures cut a 3D flow; empty: where they choose.
-    pub planes: Vec<Section>,
-    /// Checkpoints to go on from.
-    pub checkpoint: Checkpoints,
-    /// Whether figures of the last state are drawn.
-    pub figures: bool,
-}
-
-/// How often something is written.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Cadence {
-    /// Every so many steps.
-    Steps(u64),
-    /// Every so much time (s).
-    Time(f64),
-}
-
-/// How often a checkpoint is written.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Checkpoints {
-    /// Every so many minutes of running time.
-    WallMinutes(f64),
-    /// Every so many steps.
-    Steps(u64),
 }

@@ -18,7 +18,7 @@ impl Case {
         let axes = || (0..self.dimension()).filter(|axis| self.periodic(*axis));
         match self.drive.as_ref()? {
             Drive::Force(force) => Some(axes().map(|a| force[a] * force[a]).sum::<f64>().sqrt()),
-            Drive::Gravity => Some(
+            Drive::Gravity(_) => Some(
                 self.fluid.density
                     * axes().map(|a| self.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
             ),

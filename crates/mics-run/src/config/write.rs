@@ -4,8 +4,7 @@
 use super::raw::shape::solid::{Shape, Solid};
 use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{
-    Cadence, Case, Checkpoints, Contact, Drive, Enter, Loss, Measure, Motion, Obstacle, Output,
-    PairLaw, Particle, Step,
+    Case, Contact, Enter, Loss, Measure, Motion, Obstacle, PairLaw, Particle,
 };
 use serde::Serialize;
 
@@ -67,19 +66,11 @@ fn text(part: &impl Serialize) -> String {
 fn file(case: &Case) -> raw::Case {
     let side = |axis: usize, high: usize| case.boundary[axis][high].clone();
     let along_z = |high| (case.dimension() == 3).then(|| side(2, high));
-    let (step, cfl) = match case.time.step {
-        Step::Fixed(step) => (Some(step), None),
-        Step::Courant(number) => (None, Some(number)),
-    };
     raw::Case {
         name: case.name.clone(),
         preset: case.preset,
         domain: case.domain.clone(),
-        fluid: raw::Fluid {
-            density: case.fluid.density,
-            viscosity: case.fluid.viscosity,
-            gravity: Some(case.fluid.gravity.clone()),
-        },
+        fluid: case.fluid.clone(),
         boundary: raw::Boundary {
             west: side(0, 0),
             east: side(0, 1),
@@ -100,34 +91,17 @@ fn file(case: &Case) -> raw::Case {
             couette: case.initial.couette,
             perturbation: Some(case.initial.perturbation).filter(|_| case.initial.from.is_none()),
         },
-        drive: case.drive.as_ref().map(drive),
+        drive: case.drive.clone(),
         coupling: case.coupling.clone(),
         contact: case.contact.as_ref().map(contact),
-        time: raw::Time {
-            end: case.time.end,
-            step,
-            cfl,
-            scheme: Some(case.time.scheme),
-            max_stages: case.time.scheme.has_further_stages().then_some(case.time.max_stages),
-            advection: case.time.advection,
-        },
+        time: case.time.clone(),
         pressure: case.pressure.clone(),
         petsc: case.petsc.clone(),
         measure: case.measure.iter().map(|m| measure(m, case)).collect(),
         statistics: case.statistics.clone(),
         probe: case.probe.clone(),
-        output: output(&case.output),
+        output: case.output.clone(),
     }
-}
-
-fn drive(drive: &Drive) -> raw::Drive {
-    let mut raw = raw::Drive::default();
-    match drive {
-        Drive::Force(force) => raw.force = Some(force.clone()),
-        Drive::Gravity => raw.gravity = true,
-        Drive::MeanVelocity(held) => raw.mean_velocity = Some(*held),
-    }
-    raw
 }
 
 /// A spin (rad/s) in so many dimensions.
@@ -261,25 +235,3 @@ fn measure(m: &Measure, case: &Case) -> raw::Measure {
     }
 }
 
-fn output(o: &Output) -> raw::Output {
-    let cadence = |cadence: Cadence| match cadence {
-        Cadence::Steps(steps) => raw::Cadence { every: Some(steps), every_time: None },
-        Cadence::Time(time) => raw::Cadence { every: None, every_time: Some(time) },
-    };
-    raw::Output {
-        particles: Some(cadence(o.particles)),
-        fields: o.fields.map(cadence),
-        checkpoint: match o.checkpoint {
-            Checkpoints::WallMinutes(minutes) => {
-                raw::Checkpoints { every_wall_minutes: Some(minutes), every_steps: None }
-            }
-            Checkpoints::Steps(steps) => {
-                raw::Checkpoints { every_wall_minutes: None, every_steps: Some(steps) }
-            }
-        },
-        figures: o.figures,
-        removed: o.removed,
-        fixed: Some(o.fixed),
-        planes: o.planes.clone(),
-    }
-}

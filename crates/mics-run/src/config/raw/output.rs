@@ -1,5 +1,7 @@
 //! What a run writes, and how often.
 
+use super::Case;
+use crate::config::fault::{Check, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -110,7 +112,7 @@ impl Default for Output {
         Output {
             particles: None,
             fields: None,
-            checkpoint: Checkpoints::default(),
+            checkpoint: Checkpoints::WallMinutes(15.0),
             figures: true,
             removed: Removed::default(),
             fixed: None,
@@ -119,32 +121,107 @@ impl Default for Output {
     }
 }
 
-/// How often: exactly one of the two.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// How often something is written.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Cadence {
+pub enum Cadence {
     /// Every so many steps.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub every: Option<u64>,
+    #[serde(rename = "every")]
+    Steps(u64),
     /// Interval (s): at the end of the first step that reaches each multiple of it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub every_time: Option<f64>,
+    #[serde(rename = "every_time")]
+    Time(f64),
 }
 
-/// How often a checkpoint is written: exactly one of the two.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+impl Cadence {
+    /// Checks it as the value of a key.
+    pub(in crate::config) fn check(self, key: &str) -> Check {
+        match self {
+            Cadence::Steps(steps) => at_least_one_step(&format!("{key}.every"), steps),
+            Cadence::Time(time) => positive(&format!("{key}.every_time"), time, "s"),
+        }
+    }
+}
+
+/// How often a checkpoint is written.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Checkpoints {
+pub enum Checkpoints {
     /// Every so many minutes of running time.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub every_wall_minutes: Option<f64>,
+    #[serde(rename = "every_wall_minutes")]
+    WallMinutes(f64),
     /// Every so many steps.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub every_steps: Option<u64>,
+    #[serde(rename = "every_steps")]
+    Steps(u64),
 }
 
-impl Default for Checkpoints {
-    fn default() -> Self {
-        Checkpoints { every_wall_minutes: Some(15.0), every_steps: None }
+impl Checkpoints {
+    fn check(self) -> Check {
+        let key = "output.checkpoint";
+        match self {
+            Checkpoints::Steps(steps) => at_least_one_step(&format!("{key}.every_steps"), steps),
+            Checkpoints::WallMinutes(minutes) => {
+                positive(&format!("{key}.every_wall_minutes"), minutes, "minutes")
+            }
+        }
+    }
+}
+
+fn at_least_one_step(key: &str, steps: u64) -> Check {
+    ensure!(steps > 0, key, "must be 1 step or more, not 0");
+    Ok(())
+}
+
+/// So many fixed particles beside others are listed one by one; more are a ground.
+const MANY: usize = 10;
+
+/// Rows of `particles.csv` a step where the case does not say how often: four times the bytes of
+/// `steps.csv`.
+const ROWS_A_STEP: usize = 4;
+
+impl Output {
+    /// Checks it as a part of its case.
+    pub(in crate::config) fn check(&self, case: &Case) -> Check {
+        if let Some(particles) = self.particles {
+            particles.check("output.particles")?;
+        }
+        if let Some(fields) = self.fields {
+            fields.check("output.fields")?;
+        }
+        self.checkpoint.check()?;
+        for (index, plane) in self.planes.iter().enumerate() {
+            let key = format!("output.planes.{index}");
+            let (axis, at) = plane.place();
+            let space = case.dimension() == 3;
+            ensure!(space, key, "is for 3D only: in 2D figures show all of the flow");
+            let size = case.domain.size[axis];
+            ensure!(
+                (0.0..=size).contains(&at),
+                key,
+                "must lie in the box, from 0 to {size:?} m, not at {at:?}"
+            );
+        }
+        Ok(())
+    }
+
+    /// Fills in the keys that are not given, of a case of `count` particles of which `resting` are
+    /// fixed.
+    pub(in crate::config) fn fill(&mut self, count: usize, resting: usize) {
+        let ground = resting > MANY && resting < count;
+        let usual = if ground { FixedRows::Once } else { FixedRows::Always };
+        let fixed = *self.fixed.get_or_insert(usual);
+        let rows = if fixed == FixedRows::Once { count - resting } else { count };
+        let steps = rows.div_ceil(ROWS_A_STEP).max(1);
+        self.particles.get_or_insert(Cadence::Steps(steps as u64));
+    }
+
+    /// How often particles have rows, of a case that has been read.
+    pub fn rows(&self) -> Cadence {
+        self.particles.unwrap_or(Cadence::Steps(1))
+    }
+
+    /// How often fixed particles have rows, of a case that has been read.
+    pub fn fixed_rows(&self) -> FixedRows {
+        self.fixed.unwrap_or(FixedRows::Always)
     }
 }

@@ -100,7 +100,7 @@ mod tests {
             "{ count = 3, region = { min = [1.0, 0.0], max = [2.0, 1.0] }, diameter = 0.1 }";
         let contact = "contact = { normal_stiffness = 1e5 }";
         let case = loaded(2, &format!("particle = [{disc}]\nswarm = [{swarm}]\n{contact}"), &[]);
-        assert_eq!((case.time.scheme, case.time.advection), (Scheme::Euler, Advection::Qsi));
+        assert_eq!((case.time.scheme(), case.time.advection), (Scheme::Euler, Advection::Qsi));
         assert_eq!(case.coupling.wall, WallRule::Mixing);
         assert_eq!(case.particle.len(), 4);
         assert!(case.particle.iter().all(|particle| particle.viscosity == 0.0));
@@ -116,7 +116,7 @@ mod tests {
             "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5], viscosity = 3.0 }";
         let keys = format!("particle = [{disc}]");
         let case = loaded(2, &keys, &["time.advection=\"upwind5\""]);
-        assert_eq!((case.time.advection, case.time.step), (Advection::Upwind5, Step::Courant(0.2)));
+        assert_eq!((case.time.advection, case.time.length()), (Advection::Upwind5, Step::Courant(0.2)));
         assert_eq!((case.particle[0].viscosity, case.contact), (3.0, None));
         assert_eq!((case.coupling.wall, case.preset), (WallRule::Mixing, Some(Preset::Mics2003)));
     }

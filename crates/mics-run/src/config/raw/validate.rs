@@ -24,8 +24,8 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
     let dimension = case.dimension();
     positive("fluid.density", case.fluid.density, "kg/m3")?;
     not_negative("fluid.viscosity", case.fluid.viscosity, "Pa s")?;
-    if let Some(gravity) = &case.fluid.gravity {
-        vector("fluid.gravity", gravity, dimension, "m/s2")?;
+    if !case.fluid.gravity.is_empty() {
+        vector("fluid.gravity", &case.fluid.gravity, dimension, "m/s2")?;
     }
     boundary::boundary(case)?;
     for (index, body) in case.particle.iter().enumerate() {
@@ -56,7 +56,7 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         long_cells(case)?;
     }
     time(case)?;
-    planes(case)?;
+    case.output.check(case)?;
     pressure(&case.pressure)
 }
 
@@ -87,21 +87,6 @@ fn initial(case: &Case) -> Check {
     Ok(())
 }
 
-/// Checks the planes of figures.
-fn planes(case: &Case) -> Check {
-    for (index, plane) in case.output.planes.iter().enumerate() {
-        let (key, (axis, at)) = (format!("output.planes.{index}"), plane.place());
-        ensure!(case.dimension() == 3, key, "is for 3D only: in 2D figures show all of the flow");
-        let size = case.domain.size[axis];
-        ensure!(
-            (0.0..=size).contains(&at),
-            key,
-            "must lie in the box, from 0 to {size:?} m, not at {at:?}"
-        );
-    }
-    Ok(())
-}
-
 /// Checks how far the pressure is solved for.
 fn pressure(chosen: &Pressure) -> Check {
     let &Pressure { divergence_limit, tightening, max_iterations, .. } = chosen;
@@ -109,6 +94,9 @@ fn pressure(chosen: &Pressure) -> Check {
     let holds = tightening > 0.0 && tightening <= 1.0;
     ensure!(holds, "pressure.tightening", "must be above 0 and at most 1, not {tightening:?}");
     ensure!(max_iterations >= 1, "pressure.max_iterations", "must be at least 1");
+    if let History::Every(often) = chosen.history {
+        often.check("pressure.history")?;
+    }
     Ok(())
 }
 

@@ -1,8 +1,8 @@
 //! Particles and obstacles, their defaults filled in.
 
 use super::super::fault::Fault;
-use super::super::raw::{self, Spin};
-use super::super::resolved::{Enter, Fluid, Motion, Obstacle, Particle};
+use super::super::raw::{self, Fluid, Spin};
+use super::super::resolved::{Enter, Motion, Obstacle, Particle};
 
 /// A particle in this fluid; `rest` is no velocity (m/s).
 pub(super) fn particle(

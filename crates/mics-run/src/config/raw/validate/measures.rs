@@ -170,7 +170,7 @@ fn particles(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Ch
 fn needs_of_kind(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
     let kind = measure.kind;
     if kind.needs_gravity() {
-        let falls = case.fluid.gravity.iter().flatten().any(|g| *g != 0.0);
+        let falls = case.fluid.gravity.iter().any(|g| *g != 0.0);
         ensure!(falls, key("kind"), "needs fluid.gravity, which says what is high");
     }
     if kind.fits_morison() {
