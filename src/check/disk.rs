@@ -82,8 +82,9 @@ pub fn expected<const D: usize>(
     let mut archive = Archive::write(&domain.session, &mut checkpoint);
     scene.state.serialize(&domain.grid, &mut archive)?;
     archive.finish()?;
-    let has_rows =
-        |motion: &Motion| !matches!((motion, case.output.fixed_rows()), (Motion::Fixed, FixedRows::Once));
+    let has_rows = |motion: &Motion| {
+        !matches!((motion, case.output.fixed_rows()), (Motion::Fixed, FixedRows::Once))
+    };
     let moving = case.particle.iter().filter(|p| has_rows(&p.motion)).count() as f64;
     let particles = PARTICLE_ROW[D - 2] * moving * (1.0 + due(&case.output.rows()));
     let solves = case.pressure.history.cadence().map(|often| SOLVE_ROW * solve_rows * due(&often));

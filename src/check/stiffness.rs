@@ -3,7 +3,7 @@
 use super::layer::Layer;
 use super::steps::later_step;
 use crate::Result;
-use crate::config::{Case, Contact, Loaded, MOST_SUBSTEPS, PairLaw, Substeps};
+use crate::config::{Case, Contact, Loaded, MOST_SUBSTEPS, Substeps};
 use crate::contact::{DEEPEST_OVERLAP, Impact};
 use crate::numerics::CONTACT_SUBSTEPS;
 use crate::scene::{Scene, impact};
@@ -35,8 +35,9 @@ pub(super) fn shortest<const D: usize>(scene: &Scene<D>) -> Option<f64> {
 
 /// The stiffnesses that are given (N/m^exponent), with their exponents.
 fn given(law: &Contact) -> impl Iterator<Item = (f64, f64)> {
-    let laws = [&law.law].into_iter().chain(law.pair.iter().map(|pair| &pair.law));
-    laws.filter_map(|pair: &PairLaw| Some((pair.normal_stiffness.given()?, pair.exponent)))
+    let own = law.law();
+    let laws = [own].into_iter().chain(law.pair.iter().map(move |pair| pair.law(own)));
+    laws.filter_map(|pair| Some((pair.normal_stiffness.given()?, pair.exponent)))
 }
 
 /// Refuses a stiffness for which a step in which two touch would need more substeps than a run
@@ -56,7 +57,7 @@ pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Re
     if wanted <= MOST_SUBSTEPS {
         return Ok(());
     }
-    let key = if law.law.normal_stiffness.given().is_some() {
+    let key = if law.normal_stiffness.given().is_some() {
         "contact.normal_stiffness"
     } else {
         "contact.pair"

@@ -302,7 +302,7 @@ pub(super) fn contacts(
     };
     let sizes = std::array::from_fn(|a| size(a).unwrap_or(1.0));
     let periods = std::array::from_fn(|a| size(a).filter(|_| case.periodic(a)));
-    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps).rough(law.roughness)
+    Contacts::new(bodies, materials, walls, laws, sizes, periods, substeps).rough(law.roughness())
 }
 
 /// A reproducible number in [-1, 1) for each integer (the finaliser of SplitMix64).

@@ -2,7 +2,7 @@
 
 use super::message::suggest;
 use super::{
-    Case, Contact, Damping, Drive, Loss, Motion, Obstacle, Pair, PairLaw, Particle, Side, Solid,
+    Case, Contact, Damping, Drive, Loss, Motion, Obstacle, PairLaw, Particle, Side, Solid,
 };
 use crate::words::rounded;
 use std::collections::BTreeSet;
@@ -218,7 +218,7 @@ pub(super) fn unnamed<'a>(
 impl Contact {
     /// The laws of contact in words: that of all materials, then what is different between two.
     pub fn describe(&self) -> Vec<String> {
-        let words = |law: &PairLaw| {
+        let words = |law: PairLaw| {
             let loss = match law.loss {
                 Loss::Restitution(e) => format!("restitution {}", rounded(e)),
                 Loss::Damping(Damping { normal, tangential }) => {
@@ -238,11 +238,10 @@ impl Contact {
             format!("friction {}{rolling}, {loss}, {stiffness}", rounded(law.friction))
         };
         let all = if self.pair.is_empty() { "all contacts" } else { "all other contacts" };
-        let pairs = self
-            .pair
-            .iter()
-            .map(|Pair { between: [a, b], law }| format!("{a} with {b}: {}", words(law)));
-        pairs.chain([format!("{all}: {}", words(&self.law))]).collect()
+        let pairs = self.pair.iter().map(|pair| {
+            format!("{}: {}", pair.between.join(" with "), words(pair.law(self.law())))
+        });
+        pairs.chain([format!("{all}: {}", words(self.law()))]).collect()
     }
 }
 

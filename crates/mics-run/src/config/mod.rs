@@ -31,17 +31,15 @@ mod write;
 pub use raw::obstacle::Wall;
 pub use raw::shape::solid::{Shape, Solid};
 pub use raw::{
-    Advection, Axis, Cadence, Checkpoints, Coupling, Damping, Domain, Drive, FACES, FixedRows,
-    Fluid, ForceRule, History, Lock, MOST_SUBSTEPS, MeanVelocity, MeasureKind, Orientation,
-    Oscillation, Output, Petsc, Preset, Pressure, Probe, Profile, Reference, Region, Removed, Round,
-    Scheme, Section, Side, Solver, Statistics, Step, Stiffness, Substeps, TangentialDamping, Time,
-    WALL, WallRule, When,
+    Advection, Axis, Cadence, Checkpoints, Contact, Coupling, Damping, Domain, Drive, FACES,
+    FixedRows, Fluid, ForceRule, History, Initial, Lock, Loss, MOST_SUBSTEPS, MeanVelocity,
+    MeasureKind, Orientation, Oscillation, Output, Pair, PairLaw, Petsc, Preset, Pressure, Probe,
+    Profile, Reference, Region, Removed, Round, Scheme, Section, Side, Solver, Statistics, Step,
+    Stiffness, Substeps, TangentialDamping, Time, WALL, WallRule, When,
 };
 pub use read::{Loaded, load, schema};
 pub use reference::reference;
-pub use resolved::{
-    Case, Contact, Enter, Initial, Loss, Measure, Motion, Obstacle, Pair, PairLaw, Particle, Target,
-};
+pub use resolved::{Case, Enter, Measure, Motion, Obstacle, Particle, Target};
 
 /// The material of particles that name none.
 pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;

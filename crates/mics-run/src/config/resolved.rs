@@ -4,9 +4,9 @@
 use super::raw::obstacle::Wall;
 use super::raw::shape::solid::Shape;
 use super::raw::{
-    Axis, Coupling, Damping, Domain, Drive, FACES, Fluid, ForceRule, Lock, MeasureKind, Orientation,
-    Oscillation, Output, Petsc, Preset, Pressure, Probe, Reference, Region, Side, Statistics,
-    Stiffness, Substeps, TangentialDamping, Time, When,
+    Contact, Coupling, Domain, Drive, FACES, Fluid, ForceRule, Initial, Lock, MeasureKind,
+    Orientation, Oscillation, Output, Petsc, Preset, Pressure, Probe, Reference, Region, Side,
+    Statistics, Time, When,
 };
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -184,85 +184,6 @@ pub enum Motion {
         /// What the centre does besides.
         oscillation: Option<Oscillation>,
     },
-}
-
-/// The fluid at time 0.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Initial {
-    /// The folder of a run whose flow goes on.
-    pub from: Option<String>,
-    /// How many particles that run has brought along.
-    pub inherited: usize,
-    /// Uniform velocity (m/s), a number for each axis.
-    pub velocity: Vec<f64>,
-    /// Amplitude (m/s) of a reproducible pseudo-random disturbance of every cell.
-    pub perturbation: f64,
-    /// Largest speed of a vortex of Taylor and Green (m/s).
-    pub taylor_green: Option<f64>,
-    /// Axis of a Couette flow between its two walls.
-    pub couette: Option<Axis>,
-}
-
-/// How bodies meet each other and the walls.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Contact {
-    /// The law of all materials that no pair is of.
-    pub law: PairLaw,
-    /// What is different between two materials.
-    pub pair: Vec<Pair>,
-    /// Height of the surfaces' asperities (m).
-    pub roughness: f64,
-    /// Contact steps in a step of the fluid.
-    pub substeps: Substeps,
-    /// The sign of the tangential dashpot.
-    pub tangential_damping: TangentialDamping,
-}
-
-/// How two materials meet.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Pair {
-    /// Their names, in any order.
-    pub between: [String; 2],
-    /// Their law.
-    pub law: PairLaw,
-}
-
-/// A law of contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PairLaw {
-    /// Normal force over depth^exponent (N/m^exponent), or that the impacts to be expected say it.
-    pub normal_stiffness: Stiffness,
-    /// Power of the overlap in the normal force.
-    pub exponent: f64,
-    /// Tangential over normal stiffness.
-    pub tangential_ratio: f64,
-    /// Coefficient of friction.
-    pub friction: f64,
-    /// Resistance to rolling: the lever of the normal force, of the reduced radius.
-    pub rolling_friction: f64,
-    /// What takes the energy.
-    pub loss: Loss,
-}
-
-/// What takes energy from a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Loss {
-    /// Speed after over speed before a normal impact.
-    Restitution(f64),
-    /// Dashpots.
-    Damping(Damping),
-}
-
-impl Contact {
-    /// How the materials `a` and `b` meet ([`Particle::material`], [`super::WALL`]), in either
-    /// order.
-    pub fn between(&self, a: &str, b: &str) -> PairLaw {
-        let of = |pair: &&Pair| {
-            let [c, d] = &pair.between;
-            (a == c && b == d) || (a == d && b == c)
-        };
-        self.pair.iter().find(of).map_or(self.law, |pair| pair.law)
-    }
 }
 
 /// One number that `summary.json` reports.

@@ -3,9 +3,7 @@
 
 use super::raw::shape::solid::{Shape, Solid};
 use super::raw::{self, Axis, Spin, Which};
-use super::resolved::{
-    Case, Contact, Enter, Loss, Measure, Motion, Obstacle, PairLaw, Particle,
-};
+use super::resolved::{Case, Enter, Measure, Motion, Obstacle, Particle};
 use serde::Serialize;
 
 impl Case {
@@ -82,18 +80,10 @@ fn file(case: &Case) -> raw::Case {
         particle: Vec::new(),
         swarm: Vec::new(),
         obstacle: Vec::new(),
-        initial: raw::Initial {
-            from: case.initial.from.clone(),
-            listed: case.initial.from.is_some(),
-            inherited: 0,
-            velocity: Some(case.initial.velocity.clone()).filter(|_| case.initial.from.is_none()),
-            taylor_green: case.initial.taylor_green,
-            couette: case.initial.couette,
-            perturbation: Some(case.initial.perturbation).filter(|_| case.initial.from.is_none()),
-        },
+        initial: case.initial.clone(),
         drive: case.drive.clone(),
         coupling: case.coupling.clone(),
-        contact: case.contact.as_ref().map(contact),
+        contact: case.contact.clone(),
         time: case.time.clone(),
         pressure: case.pressure.clone(),
         petsc: case.petsc.clone(),
@@ -166,43 +156,6 @@ pub(super) fn particle(p: &Particle) -> raw::Particle {
     }
 }
 
-fn contact(c: &Contact) -> raw::Contact {
-    let loss = |law: &PairLaw| match law.loss {
-        Loss::Restitution(e) => (Some(e), None),
-        Loss::Damping(damping) => (None, Some(damping)),
-    };
-    let (restitution, damping) = loss(&c.law);
-    let PairLaw {
-        normal_stiffness, exponent, tangential_ratio, friction, rolling_friction, ..
-    } = c.law;
-    let pair = c.pair.iter().map(|pair| {
-        let (restitution, damping) = loss(&pair.law);
-        raw::Pair {
-            between: pair.between.to_vec(),
-            normal_stiffness: pair.law.normal_stiffness.given(),
-            exponent: Some(pair.law.exponent),
-            tangential_ratio: Some(pair.law.tangential_ratio),
-            friction: Some(pair.law.friction),
-            rolling_friction: Some(pair.law.rolling_friction),
-            restitution,
-            damping,
-        }
-    });
-    raw::Contact {
-        normal_stiffness,
-        roughness: Some(c.roughness),
-        exponent,
-        tangential_ratio,
-        friction,
-        rolling_friction,
-        restitution,
-        damping,
-        substeps: c.substeps,
-        tangential_damping: c.tangential_damping,
-        pair: pair.collect(),
-    }
-}
-
 fn measure(m: &Measure, case: &Case) -> raw::Measure {
     let target = m.target.as_ref();
     let dimension = case.dimension();
@@ -234,4 +187,3 @@ fn measure(m: &Measure, case: &Case) -> raw::Measure {
         source: target.and_then(|t| t.source.clone()),
     }
 }
-

@@ -22,16 +22,16 @@ pub(in crate::config) fn begin(case: &mut Case, folder: &Path, read: ReadBodies)
     };
     let key = "initial.from";
     let Initial { velocity, perturbation, taylor_green, couette, .. } = &case.initial;
-    let others =
-        velocity.is_some() || perturbation.is_some() || taylor_green.is_some() || couette.is_some();
+    let added = *perturbation != 0.0 || taylor_green.is_some() || couette.is_some();
     ensure!(
-        !others,
+        velocity.is_empty() && !added,
         key,
         "the fluid's velocity is that run's: remove initial.velocity, initial.perturbation, \
         initial.taylor_green and initial.couette"
     );
     let run = located(&run, folder);
     case.initial.from = Some(run.display().to_string());
+    case.initial.listed = true;
     let bodies = bodies(&run, case.dimension(), key, read)?;
     case.initial.inherited = bodies.len();
     case.particle.splice(0..0, bodies);

@@ -14,6 +14,12 @@ pub const MOST_SUBSTEPS: f64 = 1e6;
 /// The least restitution: a thousandth of the speed.
 const LEAST_RESTITUTION: f64 = 1e-3;
 
+/// The restitution where neither it nor a damping is given.
+const RESTITUTION: f64 = 0.5;
+
+/// Height of the asperities where none is given, of the smallest radius.
+const ROUGHNESS: f64 = 2e-4;
+
 /// Bodies that touch: springs with friction and loss, of all materials unless a `pair` says
 /// otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -118,6 +124,37 @@ fn read_auto<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Error>
     Auto::deserialize(deserializer).map(|_| ())
 }
 
+/// A law of contact between two materials.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairLaw {
+    /// Normal force over depth^exponent (N/m^exponent), or that the impacts to be expected say it.
+    pub normal_stiffness: Stiffness,
+    /// Power of the overlap in the normal force.
+    pub exponent: f64,
+    /// Tangential over normal stiffness.
+    pub tangential_ratio: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Resistance to rolling: the lever of the normal force, of the reduced radius.
+    pub rolling_friction: f64,
+    /// What takes the energy.
+    pub loss: Loss,
+}
+
+/// What takes energy from a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// Speed after over speed before a normal impact.
+    Restitution(f64),
+    /// Dashpots.
+    Damping(Damping),
+}
+
+/// What is given of a loss, if anything.
+fn loss(restitution: Option<f64>, damping: Option<Damping>) -> Option<Loss> {
+    restitution.map(Loss::Restitution).or(damping.map(Loss::Damping))
+}
+
 /// The sign of the tangential dashpot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -172,6 +209,38 @@ pub(in crate::config) fn pairs(case: &Case) -> Check {
 }
 
 impl Contact {
+    /// Fills in the keys that are not given, of a case whose smallest particle has this diameter
+    /// (m).
+    pub(in crate::config) fn fill(&mut self, smallest: f64) {
+        self.roughness.get_or_insert(0.5 * ROUGHNESS * smallest);
+        if self.damping.is_none() {
+            self.restitution.get_or_insert(RESTITUTION);
+        }
+    }
+
+    /// Height of the asperities (m) of a case that has been read.
+    pub fn roughness(&self) -> f64 {
+        self.roughness.unwrap_or(0.0)
+    }
+
+    /// The law of all materials that no pair is of.
+    pub fn law(&self) -> PairLaw {
+        PairLaw {
+            normal_stiffness: self.normal_stiffness,
+            exponent: self.exponent,
+            tangential_ratio: self.tangential_ratio,
+            friction: self.friction,
+            rolling_friction: self.rolling_friction,
+            loss: loss(self.restitution, self.damping).unwrap_or(Loss::Restitution(RESTITUTION)),
+        }
+    }
+
+    /// How the materials `a` and `b` meet ([`Particle::material`], [`WALL`]), in either order.
+    pub fn between(&self, a: &str, b: &str) -> PairLaw {
+        let law = self.law();
+        self.pair.iter().find(|pair| pair.is_of(a, b)).map_or(law, |pair| pair.law(law))
+    }
+
     pub(super) fn check(&self) -> Check {
         let law = Pair {
             between: Vec::new(),
@@ -238,6 +307,18 @@ impl Contact {
 }
 
 impl Pair {
+    /// Its law, where that of all other materials is `law`.
+    pub fn law(&self, law: PairLaw) -> PairLaw {
+        PairLaw {
+            normal_stiffness: self.normal_stiffness.map_or(law.normal_stiffness, Stiffness::Given),
+            exponent: self.exponent.unwrap_or(law.exponent),
+            tangential_ratio: self.tangential_ratio.unwrap_or(law.tangential_ratio),
+            friction: self.friction.unwrap_or(law.friction),
+            rolling_friction: self.rolling_friction.unwrap_or(law.rolling_friction),
+            loss: loss(self.restitution, self.damping).unwrap_or(law.loss),
+        }
+    }
+
     /// The names of the two materials that the entry `index` is of.
     pub(in crate::config) fn materials(&self, index: usize) -> Result<[&str; 2], Fault> {
         let names: Vec<&str> = self.between.iter().map(String::as_str).collect();
@@ -318,5 +399,41 @@ mod tests {
         assert_eq!(contact("").substeps, Substeps::Auto);
         assert_eq!(contact("substeps = \"auto\"").substeps, Substeps::Auto);
         assert_eq!(contact("substeps = 40").substeps, Substeps::Count(40));
+    }
+
+    fn filled(keys: &str) -> Contact {
+        let mut contact = contact(keys);
+        contact.fill(0.1);
+        contact
+    }
+
+    #[test]
+    fn contact_law_without_pairs_has_table_defaults() {
+        let expected = PairLaw {
+            normal_stiffness: Stiffness::Given(1e5),
+            exponent: 1.0,
+            tangential_ratio: 2.0 / 7.0,
+            friction: 0.0,
+            rolling_friction: 0.0,
+            loss: Loss::Restitution(0.5),
+        };
+        assert_eq!(filled("").between("steel", WALL), expected);
+    }
+
+    #[test]
+    fn contact_pair_overrides_its_keys_only() {
+        let contact = filled(
+            "damping = { normal = 1.0, tangential = 2.0 }\nfriction = 0.1\n\
+            pair = [{ between = [\"steel\", \"wall\"], friction = 0.4, restitution = 0.9 }]",
+        );
+        let pair = contact.between(WALL, "steel");
+        let rest = contact.between("steel", "steel");
+        assert_eq!((pair.friction, pair.loss), (0.4, Loss::Restitution(0.9)));
+        assert_eq!(pair, contact.between("steel", WALL));
+        assert_eq!(
+            (rest.friction, rest.loss),
+            (0.1, Loss::Damping(Damping { normal: 1.0, tangential: 2.0 }))
+        );
+        assert_eq!(pair.normal_stiffness, rest.normal_stiffness);
     }
 }

@@ -24,7 +24,8 @@ mod validate;
 
 pub use boundary::{Boundary, Profile, Side};
 pub use contact::{
-    Contact, Damping, MOST_SUBSTEPS, Pair, Stiffness, Substeps, TangentialDamping, WALL,
+    Contact, Damping, Loss, MOST_SUBSTEPS, Pair, PairLaw, Stiffness, Substeps, TangentialDamping,
+    WALL,
 };
 pub use coupling::{Coupling, ForceRule, WallRule};
 pub use drive::{Axis, Drive, MeanVelocity};
@@ -173,7 +174,7 @@ impl Case {
         });
         fastest(&mut sides().flat_map(Side::inflow).cloned())
             .or_else(|| fastest(&mut held.into_iter()))
-            .or_else(|| fastest(&mut self.initial.velocity.iter().cloned()))
+            .or_else(|| fastest(&mut [self.initial.velocity.clone()].into_iter()))
             .or_else(|| fastest(&mut sides().filter_map(moving)))
     }
 }
@@ -224,8 +225,8 @@ pub struct Initial {
     #[serde(skip)]
     pub inherited: usize,
     /// Uniform velocity (m/s); default the inflow's, of a profile that of its middle, or rest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub velocity: Option<Vec<f64>>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocity: Vec<f64>,
     /// Largest speed V (m/s) of an added Taylor-Green vortex (1937) in a periodic box, default
     /// none: `u = V sin X cos Y cos Z, v = -V (Ly/Lx) cos X sin Y cos Z`, X = 2 pi x/Lx, without Z
     /// in 2D.
@@ -236,9 +237,9 @@ pub struct Initial {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub couette: Option<Axis>,
     /// Amplitude (m/s) of a reproducible random disturbance of every cell, which breaks the
-    /// symmetry of a wake. Default none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub perturbation: Option<f64>,
+    /// symmetry of a wake.
+    #[serde(default)]
+    pub perturbation: f64,
 }
 
 /// Time stepping: exactly one of `step` and `cfl`.

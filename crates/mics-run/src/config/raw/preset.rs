@@ -116,7 +116,10 @@ mod tests {
             "{ shape = { disc = { diameter = 0.1 } }, position = [0.5, 0.5], viscosity = 3.0 }";
         let keys = format!("particle = [{disc}]");
         let case = loaded(2, &keys, &["time.advection=\"upwind5\""]);
-        assert_eq!((case.time.advection, case.time.length()), (Advection::Upwind5, Step::Courant(0.2)));
+        assert_eq!(
+            (case.time.advection, case.time.length()),
+            (Advection::Upwind5, Step::Courant(0.2))
+        );
         assert_eq!((case.particle[0].viscosity, case.contact), (3.0, None));
         assert_eq!((case.coupling.wall, case.preset), (WallRule::Mixing, Some(Preset::Mics2003)));
     }

@@ -62,8 +62,8 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
 
 /// Checks what is there at time 0.
 fn initial(case: &Case) -> Check {
-    if let Some(velocity) = &case.initial.velocity {
-        vector("initial.velocity", velocity, case.dimension(), "m/s")?;
+    if !case.initial.velocity.is_empty() {
+        vector("initial.velocity", &case.initial.velocity, case.dimension(), "m/s")?;
     }
     not_negative("initial.perturbation", case.initial.perturbation, "m/s")?;
     positive("initial.taylor_green", case.initial.taylor_green, "m/s")?;
