@@ -79,10 +79,10 @@ pub(super) fn obstacle(case: &Case, number: usize) -> Body {
 
 pub(super) fn body(p: &config::Particle) -> Body {
     let radius = 0.5 * p.shape.diameter();
-    let shape: Arc<dyn Shape> = match &p.shape {
-        config::Shape::Disc(_) => Arc::new(Disc { radius }),
-        config::Shape::Sphere(_) => Arc::new(Sphere { radius }),
-        config::Shape::Solid(solid) => Arc::new(Solid(solid.geometry().clone())),
+    let shape: Arc<dyn Shape> = match p.shape.solid() {
+        Some(solid) => Arc::new(Solid(solid.geometry().clone())),
+        None if p.shape.dimension() == 2 => Arc::new(Disc { radius }),
+        None => Arc::new(Sphere { radius }),
     };
     let mut body = Body::new(shape, p.density, p.viscosity, vector(&p.position));
     (body.velocity, body.spin, body.motion) = motion(&p.motion, &p.position);

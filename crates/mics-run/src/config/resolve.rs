@@ -87,7 +87,7 @@ fn sides(raw: raw::Boundary) -> Vec<[Side; 2]> {
 
 /// The smallest diameter (m) of a particle; 0 without any.
 fn smallest(particles: &[raw::Particle]) -> f64 {
-    let diameters = particles.iter().filter_map(|p| Some(p.built()?.diameter()));
+    let diameters = particles.iter().map(|p| p.shape.diameter());
     diameters.reduce(f64::min).unwrap_or(0.0)
 }
 

@@ -1,7 +1,7 @@
 //! A case written out as a file that gives every key, for the run's folder; it reads back to an
 //! equal case.
 
-use super::raw::shape::solid::{Shape, Solid};
+use super::raw::shape::solid::Solid;
 use super::raw::{self, Axis, Spin, Which};
 use super::resolved::{Case, Enter, Measure, Motion, Obstacle, Particle};
 use serde::Serialize;
@@ -14,8 +14,8 @@ impl Case {
         let mut before = Vec::new();
         for (index, body) in self.particle.iter().enumerate() {
             let mut body = particle(body);
-            if let Some(solid) = &body.solid {
-                body.shape = referred(solid, index, &mut before);
+            if let Some(solid) = body.shape.solid() {
+                body.shape = referred(solid, index, &mut before).into();
             }
             text.push('\n');
             text += &self::text(&Listed { particle: [body] });
@@ -30,7 +30,7 @@ impl Case {
 
 /// What a case says of the solid of the body of this number: long lists of points once, in the
 /// first body that has them; `before` are such bodies.
-fn referred(solid: &Solid, index: usize, before: &mut Vec<(usize, Solid)>) -> raw::Shape {
+fn referred(solid: &Solid, index: usize, before: &mut Vec<(usize, Solid)>) -> raw::Typed {
     if solid.is_brief() {
         return solid.typed();
     }
@@ -38,7 +38,7 @@ fn referred(solid: &Solid, index: usize, before: &mut Vec<(usize, Solid)>) -> ra
     let like =
         |(_, other): &&(usize, Solid)| other.wanted().is_some() == scaled && other.is_like(solid);
     if let Some((first, _)) = before.iter().find(like) {
-        return raw::Shape::Like(raw::Like { particle: *first, diameter: solid.wanted() });
+        return raw::Typed::Like(raw::Like { particle: *first, diameter: solid.wanted() });
     }
     before.push((index, solid.clone()));
     solid.typed()
@@ -137,13 +137,8 @@ pub(super) fn particle(p: &Particle) -> raw::Particle {
     });
     raw::Particle {
         name: p.name.clone(),
-        shape: match &p.shape {
-            Shape::Disc(round) => raw::Shape::Disc(round.clone()),
-            Shape::Sphere(round) => raw::Shape::Sphere(round.clone()),
-            Shape::Solid(solid) => solid.typed(),
-        },
+        shape: p.shape.clone(),
         orientation: p.orientation.clone(),
-        solid: p.shape.solid().cloned(),
         density: Some(p.density),
         viscosity: Some(p.viscosity),
         position: p.position.clone(),

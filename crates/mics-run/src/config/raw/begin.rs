@@ -36,7 +36,7 @@ pub(in crate::config) fn begin(case: &mut Case, folder: &Path, read: ReadBodies)
     case.initial.inherited = bodies.len();
     case.particle.splice(0..0, bodies);
     for body in &case.particle {
-        below_periods(case, key, body.bounding())?;
+        below_periods(case, key, body.shape.bounding_diameter())?;
         inside(case, key, "a particle of that run", body)?;
     }
     if let Some(Overlap { first, second, words }) = overlap(case) {
@@ -99,7 +99,7 @@ pub(super) fn bodies(
         };
         body.position = along(AXES)?;
         body.enter = None;
-        if body.solid.is_some() {
+        if !body.shape.is_round() {
             body.orientation = Some(match dimension {
                 2 => Orientation::Plane(number("angle")?.to_degrees()),
                 _ => Orientation::By(By {

@@ -36,8 +36,9 @@ pub use orientation::{About, By, Orientation};
 pub use output::{Cadence, Checkpoints, FixedRows, Output, Removed, Section};
 pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Spin};
 pub use preset::Preset;
+pub use shape::solid::Shape;
 pub use shape::{
-    Ball, Clump, Ellipse, Ellipsoid, Like, Listed, Polygon, Polyhedron, Round, Shape, Superquadric,
+    Ball, Clump, Ellipse, Ellipsoid, Like, Listed, Polygon, Polyhedron, Round, Superquadric, Typed,
 };
 pub use statistics::{Probe, Statistics};
 pub use swarm::{Diameters, Feed, Kind, Orientations, Range, Region, Swarm};

@@ -3,8 +3,8 @@
 mod check;
 mod overlap;
 
-use super::shape::solid::{Shape as Built, Solid};
-use super::{Case, Orientation, Region, Shape};
+use super::shape::solid::Shape;
+use super::{Case, Orientation, Region};
 pub(super) use check::{Nature, below_periods, inside, motion, particle, printable};
 use nalgebra::UnitQuaternion;
 pub(super) use overlap::{Overlap, distance, overlap, slack};
@@ -26,9 +26,6 @@ pub struct Particle {
     /// default its own axes are along those of the box.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<Orientation>,
-    /// What its shape is, where that is not round and has been built.
-    #[serde(skip)]
-    pub solid: Option<Solid>,
     /// Density (kg/m3), default the fluid's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
@@ -86,29 +83,15 @@ impl Particle {
             .as_ref()
             .and_then(|enter| Some((enter.region.as_ref()?, enter.gap.unwrap_or(0.0))));
         region
-            .and_then(|(region, gap)| region.room(case, gap, self.bounding()))
+            .and_then(|(region, gap)| region.room(case, gap, self.shape.bounding_diameter()))
             .unwrap_or_else(here)
-    }
-
-    /// Diameter (m) of the disc or sphere about its centre that holds all of it.
-    pub fn bounding(&self) -> f64 {
-        self.built().map_or(0.0, |shape| shape.bounding_diameter())
-    }
-
-    /// Its shape as the program sees it; `None` of a solid that has not been built.
-    pub fn built(&self) -> Option<Built> {
-        match &self.shape {
-            Shape::Disc(round) => Some(Built::Disc(round.clone())),
-            Shape::Sphere(round) => Some(Built::Sphere(round.clone())),
-            _ => self.solid.clone().map(Built::Solid),
-        }
     }
 
     /// How far it reaches from its centre along an axis (m), to the low and to the high side.
     pub fn reach(&self, axis: usize) -> [f64; 2] {
-        match &self.solid {
+        match self.shape.solid() {
             Some(solid) => solid.reach(axis, &self.turn()),
-            None => [0.5 * self.bounding(); 2],
+            None => [0.5 * self.shape.diameter(); 2],
         }
     }
 

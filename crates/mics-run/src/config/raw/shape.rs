@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 /// of it is scaled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Shape {
+#[schemars(rename = "Shape")]
+pub enum Typed {
     /// A disc (2D), of unit depth.
     Disc(Round),
     /// A sphere (3D).
@@ -202,79 +203,79 @@ pub struct Listed {
 
 impl Listed {
     /// The shape, where exactly one is given.
-    pub fn shape(&self) -> Option<Shape> {
+    pub fn shape(&self) -> Option<Typed> {
         let Listed { share: _, disc, sphere, ellipse, ellipsoid, superquadric, polygon, .. } = self;
         let all = [
-            disc.clone().map(Shape::Disc),
-            sphere.clone().map(Shape::Sphere),
-            ellipse.clone().map(Shape::Ellipse),
-            ellipsoid.clone().map(Shape::Ellipsoid),
-            superquadric.clone().map(Shape::Superquadric),
-            polygon.clone().map(Shape::Polygon),
-            self.polyhedron.clone().map(Shape::Polyhedron),
-            self.clump.clone().map(Shape::Clump),
+            disc.clone().map(Typed::Disc),
+            sphere.clone().map(Typed::Sphere),
+            ellipse.clone().map(Typed::Ellipse),
+            ellipsoid.clone().map(Typed::Ellipsoid),
+            superquadric.clone().map(Typed::Superquadric),
+            polygon.clone().map(Typed::Polygon),
+            self.polyhedron.clone().map(Typed::Polyhedron),
+            self.clump.clone().map(Typed::Clump),
         ];
         let mut given = all.into_iter().flatten();
         given.next().filter(|_| given.next().is_none())
     }
 }
 
-impl Shape {
+impl Typed {
     /// The name of its key.
     pub fn key(&self) -> &'static str {
         match self {
-            Shape::Disc(_) => "disc",
-            Shape::Sphere(_) => "sphere",
-            Shape::Ellipse(_) => "ellipse",
-            Shape::Ellipsoid(_) => "ellipsoid",
-            Shape::Superquadric(_) => "superquadric",
-            Shape::Polygon(_) => "polygon",
-            Shape::Polyhedron(_) => "polyhedron",
-            Shape::Clump(_) => "clump",
-            Shape::Like(_) => "like",
+            Typed::Disc(_) => "disc",
+            Typed::Sphere(_) => "sphere",
+            Typed::Ellipse(_) => "ellipse",
+            Typed::Ellipsoid(_) => "ellipsoid",
+            Typed::Superquadric(_) => "superquadric",
+            Typed::Polygon(_) => "polygon",
+            Typed::Polyhedron(_) => "polyhedron",
+            Typed::Clump(_) => "clump",
+            Typed::Like(_) => "like",
         }
     }
 
     /// The dimension of the cases that it is for; `None` where it is for both.
     pub fn dimension(&self) -> Option<usize> {
         match self {
-            Shape::Disc(_) | Shape::Ellipse(_) | Shape::Polygon(_) => Some(2),
-            Shape::Sphere(_)
-            | Shape::Ellipsoid(_)
-            | Shape::Superquadric(_)
-            | Shape::Polyhedron(_) => Some(3),
-            Shape::Clump(_) | Shape::Like(_) => None,
+            Typed::Disc(_) | Typed::Ellipse(_) | Typed::Polygon(_) => Some(2),
+            Typed::Sphere(_)
+            | Typed::Ellipsoid(_)
+            | Typed::Superquadric(_)
+            | Typed::Polyhedron(_) => Some(3),
+            Typed::Clump(_) | Typed::Like(_) => None,
         }
     }
 
     /// The diameter (m) of what is round, or to which it is scaled.
     pub fn diameter(&self) -> Option<f64> {
         match self {
-            Shape::Disc(round) | Shape::Sphere(round) => Some(round.diameter),
-            Shape::Ellipse(Ellipse { diameter, .. })
-            | Shape::Ellipsoid(Ellipsoid { diameter, .. })
-            | Shape::Superquadric(Superquadric { diameter, .. })
-            | Shape::Polygon(Polygon { diameter, .. })
-            | Shape::Polyhedron(Polyhedron { diameter, .. })
-            | Shape::Clump(Clump { diameter, .. })
-            | Shape::Like(Like { diameter, .. }) => *diameter,
+            Typed::Disc(round) | Typed::Sphere(round) => Some(round.diameter),
+            Typed::Ellipse(Ellipse { diameter, .. })
+            | Typed::Ellipsoid(Ellipsoid { diameter, .. })
+            | Typed::Superquadric(Superquadric { diameter, .. })
+            | Typed::Polygon(Polygon { diameter, .. })
+            | Typed::Polyhedron(Polyhedron { diameter, .. })
+            | Typed::Clump(Clump { diameter, .. })
+            | Typed::Like(Like { diameter, .. }) => *diameter,
         }
     }
 
     /// The same with this diameter (m), or as large as it is by itself.
-    pub fn of_diameter(&self, wanted: Option<f64>) -> Shape {
+    pub fn of_diameter(&self, wanted: Option<f64>) -> Typed {
         let mut shape = self.clone();
         match &mut shape {
-            Shape::Disc(round) | Shape::Sphere(round) => {
+            Typed::Disc(round) | Typed::Sphere(round) => {
                 round.diameter = wanted.unwrap_or(round.diameter);
             }
-            Shape::Ellipse(Ellipse { diameter, .. })
-            | Shape::Ellipsoid(Ellipsoid { diameter, .. })
-            | Shape::Superquadric(Superquadric { diameter, .. })
-            | Shape::Polygon(Polygon { diameter, .. })
-            | Shape::Polyhedron(Polyhedron { diameter, .. })
-            | Shape::Clump(Clump { diameter, .. })
-            | Shape::Like(Like { diameter, .. }) => *diameter = wanted,
+            Typed::Ellipse(Ellipse { diameter, .. })
+            | Typed::Ellipsoid(Ellipsoid { diameter, .. })
+            | Typed::Superquadric(Superquadric { diameter, .. })
+            | Typed::Polygon(Polygon { diameter, .. })
+            | Typed::Polyhedron(Polyhedron { diameter, .. })
+            | Typed::Clump(Clump { diameter, .. })
+            | Typed::Like(Like { diameter, .. }) => *diameter = wanted,
         }
         shape
     }

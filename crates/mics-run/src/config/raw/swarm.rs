@@ -11,7 +11,7 @@ use std::path::Path;
 use super::begin::ReadBodies;
 use super::particle::{Enter, Nature};
 use super::shape::sensible;
-use super::{Case, Listed, Lock, Motion, Particle, Shape, Spin};
+use super::{Case, Listed, Lock, Motion, Particle, Spin, Typed};
 use crate::config::fault::{Check, not_negative, positive};
 pub use kinds::Kind;
 use kinds::Made;
@@ -40,7 +40,7 @@ pub struct Swarm {
     /// The shape of all; default a disc in 2D, a sphere in 3D. Those that are not round are put
     /// down with their bounding discs or spheres clear of each other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shape: Option<Shape>,
+    pub shape: Option<Typed>,
     /// Their shapes, where they have several, each with its share, as in
     /// `[{ ellipsoid = { axes = [0.02, 0.01, 0.01] }, share = 0.3 }, ...]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -253,7 +253,7 @@ impl Swarm {
             );
         }
         not_negative(&key("gap"), gap, "m")?;
-        for kind in self.solids.iter().filter(|kind| kind.solid.is_some()) {
+        for kind in self.solids.iter().filter(|kind| !kind.shape.is_round()) {
             for of in bounds.map_or(vec![None], |bounds| bounds.map(Some).to_vec()) {
                 sensible(case, kind.bounding(of), &key("shape"))?;
             }
@@ -273,12 +273,11 @@ impl Swarm {
 
     /// A particle of this swarm, there at time 0.
     fn particle(&self, made: Made, position: Vec<f64>) -> Particle {
-        let Made { shape, solid, orientation } = made;
+        let Made { shape, orientation } = made;
         Particle {
             name: self.name.clone(),
             shape,
             orientation,
-            solid,
             density: self.density,
             viscosity: self.viscosity,
             position,

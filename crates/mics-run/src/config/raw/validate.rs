@@ -279,9 +279,8 @@ mod tests {
             .iter()
             .map(|place| Particle {
                 name: None,
-                shape: Shape::Disc(Round { diameter: 1e-3 }),
+                shape: Typed::Disc(Round { diameter: 1e-3 }).into(),
                 orientation: None,
-                solid: None,
                 density: None,
                 viscosity: None,
                 position: place.to_vec(),

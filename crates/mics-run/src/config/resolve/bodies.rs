@@ -12,10 +12,6 @@ pub(super) fn particle(
     fluid: &Fluid,
     rest: &[f64],
 ) -> Result<Particle, Fault> {
-    let shape = raw.built().ok_or_else(|| Fault {
-        key: format!("particle.{index}.shape"),
-        message: "has not been built".to_owned(),
-    })?;
     let velocity = raw.velocity.clone();
     let enter = raw.enter.clone().map(|raw::Enter { time, region, gap, seed }| {
         let gap = gap.unwrap_or(0.0);
@@ -34,7 +30,7 @@ pub(super) fn particle(
     Ok(Particle {
         name: raw.name,
         material,
-        shape,
+        shape: raw.shape,
         orientation: raw.orientation,
         density: raw.density.unwrap_or(fluid.density),
         viscosity: raw.viscosity.unwrap_or(fluid.viscosity),

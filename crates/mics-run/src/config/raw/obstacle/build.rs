@@ -329,9 +329,9 @@ pub(in crate::config) fn off_walls(case: &Case) -> Check {
 
 /// How deep a particle lies in a wall (m); negative where it does not.
 fn depth(particle: &Particle, wall: &Wall) -> f64 {
-    let reach = 0.5 * particle.bounding();
+    let reach = 0.5 * particle.shape.bounding_diameter();
     let clear = wall.nearest(&particle.position).distance - reach;
-    let Some(solid) = particle.solid.as_ref().filter(|_| clear < 0.0) else { return -clear };
+    let Some(solid) = particle.shape.solid().filter(|_| clear < 0.0) else { return -clear };
     let turn = particle.turn();
     let patches = solid.geometry().surface(2.0 * reach / ALONG);
     let into = patches.iter().map(|patch| {

@@ -3,7 +3,7 @@
 use super::overlap::slack;
 use super::*;
 use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
-use crate::config::raw::{FACES, Round};
+use crate::config::raw::FACES;
 
 impl Enter {
     /// Checks these keys of the table `table` for a body of this diameter (m).
@@ -121,22 +121,22 @@ pub(in crate::config::raw) fn particle(case: &Case, particle: &Particle, index: 
         "is empty: give the particle a name, or remove the key"
     );
     printable(&format!("{table}.name"), particle.name.as_deref())?;
-    let key_shape = format!("{table}.shape.{}", particle.shape.key());
-    if let Shape::Disc(Round { diameter }) | Shape::Sphere(Round { diameter }) = particle.shape {
-        let fits = particle.shape.dimension() == Some(dimension);
+    let key_shape = format!("{table}.shape.{}", particle.shape.name());
+    if particle.shape.is_round() {
+        let fits = particle.shape.dimension() == dimension;
         ensure!(
             fits,
             format!("{table}.shape"),
             "a disc is for 2D, a sphere for 3D; this case is {dimension}D"
         );
-        positive(&format!("{key_shape}.diameter"), diameter, "m")?;
+        positive(&format!("{key_shape}.diameter"), particle.shape.diameter(), "m")?;
     }
     if let Some(orientation) = &particle.orientation {
         orientation.check(&format!("{table}.orientation"), dimension)?;
     }
     let place = format!("{table}.position");
     vector(&place, &particle.position, dimension, "m")?;
-    below_periods(case, &period_key(&key_shape, particle), particle.bounding())?;
+    below_periods(case, &period_key(&key_shape, particle), particle.shape.bounding_diameter())?;
     inside(case, &place, &format!("particle {index}"), particle)?;
     let Particle { motion, density, viscosity, .. } = particle;
     let velocity = particle.velocity.as_deref();
@@ -155,13 +155,18 @@ pub(in crate::config::raw) fn particle(case: &Case, particle: &Particle, index: 
     nature.check(&table, case)?;
     let enter = particle.enter.as_ref();
     enter.map_or(Ok(()), |enter| {
-        enter.check(case, &format!("{table}.enter"), particle.bounding(), *motion == Motion::Free)
+        enter.check(
+            case,
+            &format!("{table}.enter"),
+            particle.shape.bounding_diameter(),
+            *motion == Motion::Free,
+        )
     })
 }
 
 /// The key that says how large a body is.
 fn period_key(shape: &str, particle: &Particle) -> String {
-    if particle.solid.is_some() { shape.to_owned() } else { format!("{shape}.diameter") }
+    if particle.shape.is_round() { format!("{shape}.diameter") } else { shape.to_owned() }
 }
 
 /// No body meets itself across periodic sides: its diameter (m) is below each period.

@@ -23,7 +23,7 @@ pub(in crate::config::raw) struct Overlap {
 /// over those near enough.
 pub(in crate::config::raw) fn overlap(case: &Case) -> Option<Overlap> {
     let bodies = &case.particle;
-    let bounding: Vec<f64> = bodies.iter().map(Particle::bounding).collect();
+    let bounding: Vec<f64> = bodies.iter().map(|body| body.shape.bounding_diameter()).collect();
     let widest = bounding.iter().copied().fold(0.0, f64::max);
     let periods = case.periods();
     let there = bodies.iter().enumerate().filter(|(_, body)| body.enter.is_none());
@@ -47,7 +47,7 @@ pub(in crate::config::raw) fn overlap(case: &Case) -> Option<Overlap> {
                 continue;
             }
             let found = |words| Some(Overlap { first: i.min(j), second: i.max(j), words });
-            if pair.iter().all(|body| body.solid.is_none()) {
+            if pair.iter().all(|body| body.shape.is_round()) {
                 let [distance, least] = unlike(distance, least);
                 return found(format!(
                     "their centres are {distance} m apart, and must be {least} m or more"
@@ -100,10 +100,10 @@ fn depth(pair: [&Particle; 2], periods: &[Option<f64>]) -> Option<f64> {
 
 /// The convex parts of a body.
 fn parts(body: &Particle) -> Cow<'_, [Part]> {
-    match &body.solid {
+    match body.shape.solid() {
         Some(solid) => Cow::Borrowed(solid.geometry().parts()),
         None => {
-            let radius = 0.5 * body.bounding();
+            let radius = 0.5 * body.shape.diameter();
             let place = Vector3::zeros();
             let core = Core::Point;
             Cow::Owned(vec![Part { place, core, rounding: radius, radius }])
@@ -116,8 +116,7 @@ fn parts(body: &Particle) -> Cow<'_, [Part]> {
 pub(in crate::config::raw) fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
     let held = pair.iter().all(|body| body.motion != Motion::Free);
     let part = if held || case.contact.is_some() { PRESSED } else { 1e-9 };
-    let diameter = |body: &Particle| body.built().map_or(0.0, |shape| shape.diameter());
-    part * pair.iter().map(|body| diameter(body)).fold(f64::INFINITY, f64::min)
+    part * pair.iter().map(|body| body.shape.diameter()).fold(f64::INFINITY, f64::min)
 }
 
 /// Overlap of grains that press on each other, of the smaller diameter.

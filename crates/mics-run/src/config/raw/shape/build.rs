@@ -25,9 +25,9 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
     let mut listed: Vec<Option<Solid>> = Vec::with_capacity(case.particle.len());
     for index in 0..case.particle.len() {
         let key = format!("particle.{index}.shape");
-        let shape = &case.particle[index].shape;
+        let shape = case.particle[index].shape.typed();
         let solid = match shape {
-            Shape::Like(Like { particle, diameter }) => {
+            Typed::Like(Like { particle, diameter }) => {
                 let key = format!("{key}.like");
                 let earlier = *particle < index;
                 ensure!(
@@ -40,10 +40,9 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
                     Some(solid) if diameter.is_none() => Some(solid.clone()),
                     Some(solid) => Some(solid.of_diameter(*diameter)),
                     None => {
-                        let round = case.particle[*particle]
-                            .shape
-                            .of_diameter(diameter.or(case.particle[*particle].shape.diameter()));
-                        case.particle[index].shape = round;
+                        let round = &case.particle[*particle].shape;
+                        let wanted = diameter.or(Some(round.diameter()));
+                        case.particle[index].shape = round.of_diameter(wanted);
                         None
                     }
                 }
@@ -51,10 +50,9 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
             shape => shapes.solid(shape, &key)?,
         };
         if let Some(solid) = &solid {
-            case.particle[index].shape = solid.typed();
+            case.particle[index].shape = solid.clone().into();
             sensible(case, 2.0 * solid.geometry().radius(), &key)?;
         }
-        case.particle[index].solid = solid.clone();
         listed.push(solid);
     }
     for index in 0..case.swarm.len() {
@@ -96,7 +94,7 @@ pub(in crate::config) struct Shapes {
     folder: PathBuf,
     built: Vec<Solid>,
     /// Those of files, by what is typed of them.
-    of_files: HashMap<String, Shape>,
+    of_files: HashMap<String, Typed>,
     /// What is to be said of files.
     notes: Vec<String>,
 }
@@ -114,8 +112,8 @@ impl Shapes {
     }
 
     /// The solid that a shape of the key `key` is; `None` of one that is round.
-    pub fn solid(&mut self, shape: &Shape, key: &str) -> Result<Option<Solid>, Fault> {
-        if matches!(shape, Shape::Disc(_) | Shape::Sphere(_)) {
+    pub fn solid(&mut self, shape: &Typed, key: &str) -> Result<Option<Solid>, Fault> {
+        if matches!(shape, Typed::Disc(_) | Typed::Sphere(_)) {
             return Ok(None);
         }
         self.fits(shape, key)?;
@@ -140,7 +138,7 @@ impl Shapes {
     }
 
     /// Refuses a shape of another dimension.
-    pub fn fits(&self, shape: &Shape, key: &str) -> Check {
+    pub fn fits(&self, shape: &Typed, key: &str) -> Check {
         let is = self.dimension;
         let others = match is {
             2 => "an ellipse, a polygon or a clump of discs",
@@ -155,7 +153,7 @@ impl Shapes {
     }
 
     /// The shape with its numbers checked and those of its file in it.
-    fn self_contained(&mut self, shape: Shape, key: &str) -> Result<Shape, Fault> {
+    fn self_contained(&mut self, shape: Typed, key: &str) -> Result<Typed, Fault> {
         let name = file_of(&shape).map(|_| format!("{shape:?}"));
         if let Some(known) = name.as_ref().and_then(|name| self.of_files.get(name)) {
             return Ok(known.clone());
@@ -167,22 +165,22 @@ impl Shapes {
         Ok(read)
     }
 
-    fn read(&mut self, shape: Shape, key: &str) -> Result<Shape, Fault> {
+    fn read(&mut self, shape: Typed, key: &str) -> Result<Typed, Fault> {
         Ok(match shape {
-            Shape::Polygon(polygon) => Shape::Polygon(self.polygon(polygon, key)?),
-            Shape::Polyhedron(polyhedron) => Shape::Polyhedron(self.polyhedron(polyhedron, key)?),
-            Shape::Clump(clump) => Shape::Clump(self.clump(clump, key)?),
+            Typed::Polygon(polygon) => Typed::Polygon(self.polygon(polygon, key)?),
+            Typed::Polyhedron(polyhedron) => Typed::Polyhedron(self.polyhedron(polyhedron, key)?),
+            Typed::Clump(clump) => Typed::Clump(self.clump(clump, key)?),
             shape => {
                 let axes: &[f64] = match &shape {
-                    Shape::Ellipse(ellipse) => &ellipse.axes,
-                    Shape::Ellipsoid(ellipsoid) => &ellipsoid.axes,
-                    Shape::Superquadric(superquadric) => &superquadric.axes,
+                    Typed::Ellipse(ellipse) => &ellipse.axes,
+                    Typed::Ellipsoid(ellipsoid) => &ellipsoid.axes,
+                    Typed::Superquadric(superquadric) => &superquadric.axes,
                     _ => &[],
                 };
                 for (k, length) in axes.iter().enumerate() {
                     positive(&format!("{key}.axes.{k}"), *length, "m")?;
                 }
-                if let Shape::Superquadric(superquadric) = &shape {
+                if let Typed::Superquadric(superquadric) = &shape {
                     for (k, exponent) in superquadric.exponents.iter().enumerate() {
                         ensure!(
                             (2.0..=20.0).contains(exponent),
@@ -311,11 +309,11 @@ impl Shapes {
 }
 
 /// The file that is typed of a shape.
-fn file_of(shape: &Shape) -> Option<&str> {
+fn file_of(shape: &Typed) -> Option<&str> {
     match shape {
-        Shape::Polygon(Polygon { file, .. })
-        | Shape::Polyhedron(Polyhedron { file, .. })
-        | Shape::Clump(Clump { file, .. }) => file.as_deref(),
+        Typed::Polygon(Polygon { file, .. })
+        | Typed::Polyhedron(Polyhedron { file, .. })
+        | Typed::Clump(Clump { file, .. }) => file.as_deref(),
         _ => None,
     }
 }

@@ -1,6 +1,6 @@
 //! The solids that shapes are, by the constructors of `mics-shapes`.
 
-use super::{Ball, Clump, Polygon, Polyhedron, Shape, Superquadric};
+use super::{Ball, Clump, Polygon, Polyhedron, Superquadric, Typed};
 use mics_shapes::stl::{self, Surface};
 use mics_shapes::{Fault, Geometry};
 use nalgebra::Vector3;
@@ -39,7 +39,7 @@ pub(super) fn hull(path: &Path, factor: f64) -> Result<(Vec<[f64; 3]>, Vec<Strin
     Ok((corners, notes))
 }
 
-impl Shape {
+impl Typed {
     /// The solid that it is in its own axes: of a shape that is not round, has nothing in other
     /// files and is not scaled.
     ///
@@ -55,30 +55,30 @@ impl Shape {
             balls.iter().flatten().map(ball).collect()
         };
         Ok(match self {
-            Shape::Ellipse(ellipse) => Arc::new(mics_shapes::Ellipse::new(ellipse.axes)),
-            Shape::Ellipsoid(ellipsoid) => Arc::new(mics_shapes::Ellipsoid::new(ellipsoid.axes)),
-            Shape::Superquadric(Superquadric { axes, exponents, .. }) => {
+            Typed::Ellipse(ellipse) => Arc::new(mics_shapes::Ellipse::new(ellipse.axes)),
+            Typed::Ellipsoid(ellipsoid) => Arc::new(mics_shapes::Ellipsoid::new(ellipsoid.axes)),
+            Typed::Superquadric(Superquadric { axes, exponents, .. }) => {
                 Arc::new(mics_shapes::Superquadric::new(*axes, *exponents).map_err(words)?)
             }
-            Shape::Polygon(Polygon { points, rounding, .. }) => {
+            Typed::Polygon(Polygon { points, rounding, .. }) => {
                 let points: Vec<_> = points.iter().flatten().copied().collect();
                 let rounding = rounding.unwrap_or(0.0);
                 Arc::new(mics_shapes::Polygon::new(&points, rounding).map_err(words)?)
             }
-            Shape::Polyhedron(Polyhedron { points, rounding, .. }) => {
+            Typed::Polyhedron(Polyhedron { points, rounding, .. }) => {
                 // Its hull counts, whatever the triangles that have its corners.
                 let points: Vec<_> =
                     points.iter().flatten().map(|p| [Vector3::from(*p); 3]).collect();
                 let rounding = rounding.unwrap_or(0.0);
                 Arc::new(mics_shapes::Polyhedron::new(&points, rounding).map_err(words)?)
             }
-            Shape::Clump(Clump { discs: listed @ Some(_), .. }) => {
+            Typed::Clump(Clump { discs: listed @ Some(_), .. }) => {
                 Arc::new(mics_shapes::Clump::new(2, &balls(listed)).map_err(words)?)
             }
-            Shape::Clump(Clump { spheres, .. }) => {
+            Typed::Clump(Clump { spheres, .. }) => {
                 Arc::new(mics_shapes::Clump::new(3, &balls(spheres)).map_err(words)?)
             }
-            Shape::Disc(_) | Shape::Sphere(_) | Shape::Like(_) => {
+            Typed::Disc(_) | Typed::Sphere(_) | Typed::Like(_) => {
                 return Err(format!("a {} is no solid", self.key()));
             }
         })

@@ -9,83 +9,102 @@
 //!            `---'       thickness           of its thinnest part: what the grid resolves
 //! ```
 
-use super::{Clump, Round, Shape as Typed};
+use super::{Clump, Typed};
 use mics_shapes::{Geometry, Scaled};
 use nalgebra::{UnitQuaternion, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The shape of a body.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
-    /// A disc (2D), of unit depth.
-    Disc(Round),
-    /// A sphere (3D).
-    Sphere(Round),
-    /// What is not round.
-    Solid(Solid),
+/// The shape of a body, in its own axes: what is typed of it, and the solid that this is where it
+/// is not round.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Shape {
+    typed: Typed,
+    /// `None` of what is round, and of what has not been built.
+    #[serde(skip)]
+    solid: Option<Solid>,
+}
+
+impl From<Typed> for Shape {
+    fn from(typed: Typed) -> Shape {
+        Shape { typed, solid: None }
+    }
+}
+
+impl From<Solid> for Shape {
+    fn from(solid: Solid) -> Shape {
+        Shape { typed: solid.typed(), solid: Some(solid) }
+    }
 }
 
 impl Shape {
+    /// What is typed of it; of a solid with nothing in other files.
+    pub fn typed(&self) -> &Typed {
+        &self.typed
+    }
+
     /// Its name, as the key of a case has it.
     pub fn name(&self) -> &'static str {
-        match self {
-            Shape::Disc(_) => "disc",
-            Shape::Sphere(_) => "sphere",
-            Shape::Solid(solid) => solid.name(),
-        }
+        self.typed.key()
     }
 
     /// The solid that it is, where it is not round.
     pub fn solid(&self) -> Option<&Solid> {
-        if let Shape::Solid(solid) = self { Some(solid) } else { None }
+        self.solid.as_ref()
     }
 
     /// Whether it is a disc or a sphere.
     pub fn is_round(&self) -> bool {
-        self.solid().is_none()
+        self.solid.is_none()
+    }
+
+    /// The diameter (m) of what is round.
+    fn round(&self) -> f64 {
+        self.typed.diameter().unwrap_or(0.0)
     }
 
     /// 2 or 3.
     pub fn dimension(&self) -> usize {
-        match self {
-            Shape::Disc(_) => 2,
-            Shape::Sphere(_) => 3,
-            Shape::Solid(solid) => solid.geometry.dimension(),
+        match &self.solid {
+            Some(solid) => solid.geometry.dimension(),
+            None => self.typed.dimension().unwrap_or(3),
         }
     }
 
     /// Diameter (m) of the disc or sphere of the same volume.
     pub fn diameter(&self) -> f64 {
-        match self {
-            Shape::Disc(round) | Shape::Sphere(round) => round.diameter,
-            Shape::Solid(solid) => solid.diameter(),
-        }
+        self.solid().map_or_else(|| self.round(), Solid::diameter)
     }
 
     /// Diameter (m) of the disc or sphere about its centre that holds all of it.
     pub fn bounding_diameter(&self) -> f64 {
-        match self {
-            Shape::Disc(round) | Shape::Sphere(round) => round.diameter,
-            Shape::Solid(solid) => 2.0 * solid.geometry.radius(),
-        }
+        self.solid().map_or_else(|| self.round(), |solid| 2.0 * solid.geometry.radius())
     }
 
     /// Width of its thinnest part (m).
     pub fn thickness(&self) -> f64 {
-        match self {
-            Shape::Disc(round) | Shape::Sphere(round) => round.diameter,
-            Shape::Solid(solid) => solid.geometry.thickness(),
-        }
+        self.solid().map_or_else(|| self.round(), |solid| solid.geometry.thickness())
     }
 
     /// Its volume (m3), or area (m2) in 2D.
     pub fn volume(&self) -> f64 {
-        match self {
-            Shape::Disc(Round { diameter: d }) => FRAC_PI_4 * d * d,
-            Shape::Sphere(Round { diameter: d }) => FRAC_PI_6 * d * d * d,
-            Shape::Solid(solid) => solid.geometry.volume(),
+        let d = self.round();
+        match &self.solid {
+            Some(solid) => solid.geometry.volume(),
+            None if self.dimension() == 2 => FRAC_PI_4 * d * d,
+            None => FRAC_PI_6 * d * d * d,
+        }
+    }
+
+    /// The same with this diameter (m), or as large as it is by itself.
+    pub(in crate::config) fn of_diameter(&self, wanted: Option<f64>) -> Shape {
+        match &self.solid {
+            Some(solid) => solid.of_diameter(wanted).into(),
+            None => self.typed.of_diameter(wanted).into(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 mod refusals;
 
-use crate::config::{Case, Loaded, Shape, load, written};
+use crate::config::{Case, Loaded, load, written};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -230,7 +230,7 @@ fn swarm_has_its_shares_of_shapes() {
         .replace("[1, 1, 1]", "[0.02, 0.02, 0.02]")
         .replace("diameter = 1.0", "diameter = 0.01");
     let case = loaded(&text(3, &as_they_are), &[]).unwrap().case;
-    let spheres = case.particle.iter().filter(|p| matches!(p.shape, Shape::Sphere(_)));
+    let spheres = case.particle.iter().filter(|p| p.shape.name() == "sphere");
     assert!(spheres.clone().all(|p| p.shape.diameter() == 0.01) && spheres.count() == 2);
 }
 

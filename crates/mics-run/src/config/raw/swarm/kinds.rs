@@ -4,8 +4,7 @@
 use super::{Diameters, Orientations, Scatter, Swarm};
 use crate::config::fault::{Fault, positive};
 use crate::config::raw::shape::Shapes;
-use crate::config::raw::shape::solid::Solid;
-use crate::config::raw::{Orientation, Round, Shape};
+use crate::config::raw::{Orientation, Round, Shape, Typed};
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -15,59 +14,29 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 pub struct Kind {
     /// How many have it, as a part of the shares of all.
     pub share: f64,
-    /// As it is typed, with nothing in other files.
+    /// What it is.
     pub shape: Shape,
-    /// What it is, where it is not round.
-    pub solid: Option<Solid>,
 }
 
 /// A body of a swarm, without its place.
 #[derive(Clone, Debug)]
 pub(super) struct Made {
     pub shape: Shape,
-    pub solid: Option<Solid>,
     pub orientation: Option<Orientation>,
 }
 
 impl Kind {
-    /// Diameter (m) of the disc or sphere of its volume, as it is by itself.
-    fn diameter(&self) -> f64 {
-        match &self.solid {
-            Some(solid) => solid.diameter(),
-            None => self.shape.diameter().unwrap_or(0.0),
-        }
-    }
-
     /// Diameter (m) of the disc or sphere that holds all of it where it is scaled to a `diameter`
     /// (m).
     pub fn bounding(&self, diameter: Option<f64>) -> f64 {
-        let own = match &self.solid {
-            Some(solid) => 2.0 * solid.geometry().radius(),
-            None => self.diameter(),
-        };
-        diameter.map_or(own, |wanted| own * wanted / self.diameter())
+        let own = self.shape.bounding_diameter();
+        diameter.map_or(own, |wanted| own * wanted / self.shape.diameter())
     }
 
     /// A body of this shape, scaled to a diameter (m).
     pub(super) fn made(&self, diameter: Option<f64>, orientation: Option<Orientation>) -> Made {
-        let diameter = diameter.or(self.shape.diameter());
-        match &self.solid {
-            None => Made { shape: self.shape.of_diameter(diameter), solid: None, orientation },
-            Some(solid) => {
-                let solid = solid.of_diameter(diameter);
-                Made { shape: solid.typed(), solid: Some(solid), orientation }
-            }
-        }
-    }
-}
-
-impl Made {
-    /// Diameter (m) of the disc or sphere that holds all of it.
-    pub fn bounding(&self) -> f64 {
-        match &self.solid {
-            Some(solid) => 2.0 * solid.geometry().radius(),
-            None => self.shape.diameter().unwrap_or(0.0),
-        }
+        let diameter = diameter.or(self.shape.typed().diameter());
+        Made { shape: self.shape.of_diameter(diameter), orientation }
     }
 }
 
@@ -102,15 +71,14 @@ impl Swarm {
                         .to_owned(),
                 });
             };
-            let within = !matches!(shape, Shape::Like(_));
+            let within = !matches!(shape, Typed::Like(_));
             ensure!(within, key, "like is for [[particle]]: give the shape itself");
             shapes.fits(&shape, &key)?;
-            if let Shape::Disc(Round { diameter }) | Shape::Sphere(Round { diameter }) = shape {
+            if let Typed::Disc(Round { diameter }) | Typed::Sphere(Round { diameter }) = shape {
                 positive(&format!("{key}.{}.diameter", shape.key()), diameter, "m")?;
             }
             let solid = shapes.solid(&shape, &key)?;
-            let shape = solid.as_ref().map_or(shape, Solid::typed);
-            kinds.push(Kind { share, shape, solid });
+            kinds.push(Kind { share, shape: solid.map_or_else(|| shape.into(), Shape::from) });
         }
         let some = self.shapes.is_none() || !kinds.is_empty();
         ensure!(some, format!("{table}.shapes"), "is empty: give one shape at least");
@@ -124,8 +92,8 @@ impl Swarm {
             return self.solids.clone();
         }
         let round = Round { diameter: 1.0 };
-        let shape = if dimension == 2 { Shape::Disc(round) } else { Shape::Sphere(round) };
-        vec![Kind { share: 1.0, shape, solid: None }]
+        let shape = if dimension == 2 { Typed::Disc(round) } else { Typed::Sphere(round) };
+        vec![Kind { share: 1.0, shape: shape.into() }]
     }
 
     /// Which of some kinds each of the bodies has, and how it is turned, one after the other; for
@@ -148,7 +116,7 @@ impl Swarm {
             let most = missing.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let k = missing.iter().position(|m| *m >= most - 1e-9).unwrap_or(0);
             missing[k] -= 1.0;
-            let turned = turns && kinds[k].solid.is_some();
+            let turned = turns && !kinds[k].shape.is_round();
             (&kinds[k], turned.then(|| turned_anyhow(dimension, &mut random)))
         })
     }

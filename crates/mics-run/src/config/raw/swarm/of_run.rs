@@ -39,7 +39,7 @@ pub(super) fn append(
         if body.motion != Motion::Free {
             (body.velocity, body.spin) = (None, None);
         }
-        below_periods(case, key, body.bounding())?;
+        below_periods(case, key, body.shape.bounding_diameter())?;
         let who = format!("{}: particle {}", file.display(), case.particle.len() - first);
         inside(case, key, &who, &body)?;
         case.particle.push(body);

@@ -155,8 +155,8 @@ pub(super) fn scatter(
 ) -> Result<Vec<(Made, Vec<f64>)>, Fault> {
     let &Scatter { count, region, gap, widest, .. } = swarm;
     let mut uniform = || uniform(&mut random);
-    bodies.sort_by(|a, b| b.bounding().total_cmp(&a.bounding()));
-    let diameters: Vec<f64> = bodies.iter().map(Made::bounding).collect();
+    bodies.sort_by(|a, b| b.shape.bounding_diameter().total_cmp(&a.shape.bounding_diameter()));
+    let diameters: Vec<f64> = bodies.iter().map(|made| made.shape.bounding_diameter()).collect();
     // Far beyond what any packing reaches nothing is tried.
     let densest = if case.dimension() == 2 { 0.86 } else { 0.70 };
     if count > 1 && covered(region, &diameters, gap) > densest {
@@ -164,7 +164,7 @@ pub(super) fn scatter(
     }
     let mut taken = Taken::new(case, widest, gap);
     for particle in &case.particle {
-        taken.add(particle.bounding(), particle.position.clone());
+        taken.add(particle.shape.bounding_diameter(), particle.position.clone());
     }
     let listed = taken.bodies.len();
     let mut rooms = Vec::with_capacity(count);
@@ -212,7 +212,7 @@ fn covered(region: &Region, diameters: &[f64], gap: f64) -> f64 {
 fn shortage(swarm: &Scatter, bodies: &[Made], diameters: &[f64]) -> String {
     let Scatter { count, region, gap, .. } = swarm;
     let most = if region.min.len() == 2 { "80 % in 2D" } else { "60 % in 3D" };
-    let they = match bodies.iter().any(|made| made.solid.is_some()) {
+    let they = match bodies.iter().any(|made| !made.shape.is_round()) {
         true => "the discs or spheres about them",
         false => "they",
     };

@@ -44,7 +44,7 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
             .ok_or_else(String::new)
             .and_then(|choice| particle(swarm, choice, &kinds, &columns, &header, &record))
             .map_err(refuse)?;
-        below_periods(case, key, particle.bounding())
+        below_periods(case, key, particle.shape.bounding_diameter())
             .map_err(|fault| refuse(format!("column `diameter`: {}", fault.message)))?;
         inside(case, key, "the particle", &particle)
             .map_err(|fault| refuse(format!("columns `x` to `diameter`: {}", fault.message)))?;

@@ -44,13 +44,17 @@ fn swarm_of_3000_bodies_is_placed_quickly() {
     assert!(spent < 0.5, "{spent} s");
     assert_eq!((case.particle.len(), case.swarm.len()), (3000, 0));
     assert!(overlap(&case).is_none());
-    let diameters = || case.particle.iter().map(|particle| particle.bounding());
+    let diameters = || case.particle.iter().map(|particle| particle.shape.bounding_diameter());
     assert!(
         diameters().all(|d| (0.01..=0.025).contains(&d)) && diameters().is_sorted_by(|a, b| a >= b)
     );
     assert!((diameters().sum::<f64>() / 3000.0 - 0.0175).abs() < 3e-4);
     // Across the periodic faces too.
-    assert!(case.particle.iter().any(|particle| particle.position[0] < 0.25 * particle.bounding()));
+    assert!(
+        case.particle
+            .iter()
+            .any(|particle| particle.position[0] < 0.25 * particle.shape.bounding_diameter())
+    );
 }
 
 #[test]
@@ -84,7 +88,8 @@ fn swarm_of_two_sphere_sizes_fills_half_of_periodic_box() {
         "swarm = [{ count = 1000, region = { min = [0.0, 0.0, 0.0], max = [2.0, 1.0, 1.0] }, \
         diameter = { uniform = [0.115, 0.135] } }]",
     );
-    let volume: f64 = case.particle.iter().map(|p| p.bounding().powi(3)).sum::<f64>() * PI / 6.0;
+    let volume: f64 =
+        case.particle.iter().map(|p| p.shape.bounding_diameter().powi(3)).sum::<f64>() * PI / 6.0;
     assert!((0.5..0.53).contains(&(0.5 * volume)), "{volume}");
     assert!(overlap(&case).is_none());
     assert!(
@@ -122,10 +127,10 @@ fn swarm_gap_to_walls_swarms_and_periodic_images() {
     assert_eq!(case.particle.len(), 120);
     assert!(overlap(&case).is_none());
     for (i, new) in case.particle.iter().enumerate().skip(60) {
-        let radius = 0.5 * new.bounding();
+        let radius = 0.5 * new.shape.bounding_diameter();
         for other in &case.particle[..i] {
             let apart = distance(&new.position, &other.position, &case.periods());
-            assert!(apart >= radius + 0.5 * other.bounding() + 0.03);
+            assert!(apart >= radius + 0.5 * other.shape.bounding_diameter() + 0.03);
         }
         let [_, y, z] = new.position[..] else { panic!("3D") };
         assert!(
@@ -146,7 +151,7 @@ fn swarm_from_csv_with_defaults_of_swarm() {
         0.2,1.0,0.5,0,0,5\n";
     let case = expanded(2, keys, csv).unwrap();
     let first = &case.particle[0];
-    assert_eq!((first.bounding(), &first.position[..]), (0.1, &[0.5, 0.5][..]));
+    assert_eq!((first.shape.bounding_diameter(), &first.position[..]), (0.1, &[0.5, 0.5][..]));
     assert_eq!((first.density, first.velocity.as_deref()), (Some(4.0), Some(&[1.0, -1.0][..])));
     assert_eq!((&first.spin, &first.locked[..]), (&Some(Spin::Plane(3.0)), &[Lock::Rotation][..]));
     assert_eq!((case.particle.len(), case.particle[1].density), (2, Some(5.0)));
