@@ -164,7 +164,9 @@ impl<const D: usize> Scene<D> {
             self.add_vortex(speed);
         }
         if let Some(axis) = case.initial.couette.map(Axis::index) {
-            self.add_couette(axis, case.boundary[axis].each_ref().map(Side::wall_velocity));
+            let velocity =
+                |end| case.boundary.side(2 * axis + end).map_or(&[][..], Side::wall_velocity);
+            self.add_couette(axis, [0, 1].map(velocity));
         }
     }
 
@@ -379,7 +381,10 @@ fn build_domain<const D: usize>(
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
     let kinds = std::array::from_fn(|a| {
-        [0, 1].map(|s| boundary(&grid, [a, s], &case.boundary[a][s], bodies))
+        [0, 1].map(|s| {
+            let side = case.boundary.side(2 * a + s).unwrap_or(&Side::Periodic);
+            boundary(&grid, [a, s], side, bodies)
+        })
     });
     let parabola = case.coupling.wall == WallRule::Sharp;
     let boundaries = Boundaries::new(session, &layout, &grid, kinds, parabola);

@@ -53,7 +53,7 @@ pub fn describe_box<const D: usize>(case: &Case, h: &[f64; D]) -> Vec<String> {
 
 /// The Reynolds number of the stream, by the largest particle or the height of the box.
 pub fn reynolds(case: &Case) -> Option<String> {
-    let speed = case.reference_speed.filter(|_| case.fluid.viscosity > 0.0)?;
+    let speed = case.reference_speed().filter(|_| case.fluid.viscosity > 0.0)?;
     let nu = case.fluid.viscosity / case.fluid.density;
     let diameter = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
     let (length, of) = match diameter > 0.0 {

@@ -8,7 +8,7 @@
 //!   delta                             [`boundary_layer`]
 //! ```
 
-use crate::config::{Case, Motion, Particle, Shape, Side};
+use crate::config::{Case, Motion, Particle, Side};
 use crate::drag::{boundary_layer, terminal_speed};
 use crate::words::{brief, whole};
 
@@ -49,7 +49,7 @@ impl Layer {
         let diameter = p.shape.diameter();
         let nu = case.fluid.viscosity / case.fluid.density;
         let falls = p.is_free();
-        let stream = case.reference_speed.or_else(|| case.driven_speed()).unwrap_or(0.0);
+        let stream = case.reference_speed().or_else(|| case.driven_speed()).unwrap_or(0.0);
         let speed = own_speed(case, p) + if falls { 0.0 } else { stream };
         let reynolds = speed * diameter / nu;
         let known = speed > 0.0 && nu > 0.0;
@@ -83,11 +83,11 @@ impl Walls {
     /// The thinnest in spacings; `None` where nothing flows along walls fast enough.
     pub fn thinnest(case: &Case) -> Option<Walls> {
         let (speed, nu) = (
-            case.reference_speed.or_else(|| case.driven_speed())?,
+            case.reference_speed().or_else(|| case.driven_speed())?,
             case.fluid.viscosity / case.fluid.density,
         );
         let walls = |axis: &usize| {
-            case.boundary[*axis].iter().any(|s| matches!(s, Side::Wall | Side::MovingWall(_)))
+            case.boundary.ends(*axis).any(|s| matches!(s, Side::Wall | Side::MovingWall(_)))
         };
         let of = |axis: usize| {
             let length = case.domain.size[axis];
@@ -109,17 +109,17 @@ impl Walls {
 fn own_speed(case: &Case, p: &Particle) -> f64 {
     let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
     match &p.motion {
-        Motion::Free { velocity, .. } => fall_speed(case, p).max(size(velocity)),
+        Motion::Free => fall_speed(case, p).max(size(&p.velocity())),
         Motion::Fixed => 0.0,
-        Motion::Prescribed { velocity, oscillation, .. } => {
-            size(velocity) + oscillation.as_ref().map_or(0.0, |o| o.speed())
+        Motion::Prescribed(told) => {
+            size(&told.velocity) + told.oscillation.as_ref().map_or(0.0, |o| o.speed())
         }
     }
 }
 
 /// The largest speed to be expected (m/s), of the fluid and of bodies.
 pub fn largest_speed(case: &Case) -> f64 {
-    let of_fluid = [case.reference_speed, case.driven_speed(), case.initial.taylor_green];
+    let of_fluid = [case.reference_speed(), case.driven_speed(), case.initial.taylor_green];
     let of_bodies = case.particle.iter().map(|p| own_speed(case, p));
     of_fluid.into_iter().flatten().chain(of_bodies).fold(0.0, f64::max)
 }
@@ -130,14 +130,14 @@ pub fn largest_speed(case: &Case) -> f64 {
 pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let gravity = &case.fluid.gravity;
     let g = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let s = p.density / case.fluid.density;
+    let s = p.density() / case.fluid.density;
     let diameter = p.shape.diameter();
     let nu = case.fluid.viscosity / case.fluid.density;
     let weight = (s - 1.0).abs() * g;
     if weight == 0.0 {
         return 0.0;
     }
-    let sphere = matches!(p.shape, Shape::Sphere(_));
+    let sphere = p.shape.is_round() && p.shape.dimension() == 3;
     let terminal =
         if nu > 0.0 { terminal_speed(sphere, diameter, weight, nu) } else { f64::INFINITY };
     let added = if sphere { 0.5 } else { 1.0 };

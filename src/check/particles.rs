@@ -62,7 +62,7 @@ fn untouchable(case: &Case) -> Option<String> {
     let solid = |side: &Side| !matches!(side, Side::Periodic | Side::Outflow);
     let meets = case.particle.len() > 1
         || !case.obstacle.is_empty()
-        || case.boundary.iter().flatten().any(solid);
+        || case.sides().any(|(_, side)| solid(side));
     let free = case.contact.is_none() && case.particle.iter().any(Particle::is_free);
     (free && meets).then(|| {
         "notice       the case has no [contact]: the run ends as soon as a free particle touches \
@@ -134,7 +134,7 @@ pub fn unresolved(case: &Case) -> Option<String> {
 fn thin_obstacles(case: &Case) -> Vec<String> {
     let widest = case.spacings().into_iter().fold(0.0, f64::max);
     let thin = |(k, o): (usize, &Obstacle)| {
-        let cells = o.wall.thickness() / widest;
+        let cells = o.wall().thickness() / widest;
         (cells < RESOLVED).then(|| {
             format!(
                 "warning      {} is {} cells thick at its thinnest: {RESOLVED} or more are needed \
@@ -160,9 +160,9 @@ pub fn flat_films(case: &Case) -> Option<String> {
     let flat = |p: &Particle| matches!(p.shape.name(), "polygon" | "polyhedron");
     let faces = !case.obstacle.is_empty()
         || case.particle.iter().filter(|p| flat(p)).count() > 1
-        || case.boundary.iter().flatten().any(|s| matches!(s, Side::Wall | Side::MovingWall(_)));
+        || case.sides().any(|(_, s)| matches!(s, Side::Wall | Side::MovingWall(_)));
     let held = |p: &Particle| {
-        let weight = (p.density / case.fluid.density - 1.0).abs() * gravity;
+        let weight = (p.density() / case.fluid.density - 1.0).abs() * gravity;
         let terminal = terminal_speed(case.dimension() == 3, p.shape.diameter(), weight, nu);
         let film = nu * face_length(&p.shape).powi(case.dimension() as i32 + 1);
         (f64::MIN_POSITIVE..0.1 * film * terminal)
@@ -200,7 +200,7 @@ fn out_of_range(case: &Case) -> Vec<String> {
     if case.contact.is_none() || case.particle.len() < 2 {
         return Vec::new();
     }
-    let ratio = |p: &Particle| p.density / case.fluid.density;
+    let ratio = |p: &Particle| p.density() / case.fluid.density;
     let outside = case.particle.iter().position(|p| p.is_free() && !IN_CONTACT.contains(&ratio(p)));
     let density = outside.map(|id| {
         format!(
@@ -247,7 +247,7 @@ fn mixture_faults(case: &Case) -> Option<String> {
         return None;
     }
     let free = case.particle.iter().any(Particle::is_free);
-    let far = |p: &Particle| p.is_free() && !MIXTURE.contains(&(p.density / case.fluid.density));
+    let far = |p: &Particle| p.is_free() && !MIXTURE.contains(&(p.density() / case.fluid.density));
     let faults = [
         (true, "forces depend on the step"),
         (free, "free bodies settle too fast (a disc of s = 1.25 by 14 to 30 %)"),
@@ -263,7 +263,7 @@ fn mixture_faults(case: &Case) -> Option<String> {
 
 /// Free particles of a density that may be in another unit than the fluid's.
 fn unusual(case: &Case) -> Option<String> {
-    let ratio = |p: &Particle| p.density / case.fluid.density;
+    let ratio = |p: &Particle| p.density() / case.fluid.density;
     let id = case.particle.iter().position(|p| p.is_free() && !USUAL.contains(&ratio(p)))?;
     let s = ratio(&case.particle[id]);
     Some(format!(

@@ -51,7 +51,8 @@ pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
         let locked =
             (0..D).filter(|&axis| !freedom.translation[axis] && body.velocity[axis] != 0.0);
         let stopped = |axis: usize, end: usize| {
-            !matches!(case.boundary[axis][end], Side::Periodic | Side::Outflow)
+            let side = case.boundary.side(2 * axis + end);
+            !matches!(side, Some(Side::Periodic | Side::Outflow))
         };
         locked
             .map(|axis| (axis, usize::from(body.velocity[axis] > 0.0)))

@@ -130,9 +130,9 @@ fn way_down(
     let high = down[axis] > 0.0;
     let to_side = if high { size - body.centre[axis] } else { body.centre[axis] };
     let to_side = to_side - extent(body, down);
-    let room = match &case.boundary[axis][usize::from(high)] {
-        Side::Periodic => size,
-        Side::Outflow => to_side,
+    let room = match case.boundary.side(2 * axis + usize::from(high)) {
+        Some(Side::Periodic) => size,
+        Some(Side::Outflow) => to_side,
         _ => to_side + resting,
     };
     let beside = |other: &Body| {

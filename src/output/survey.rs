@@ -27,7 +27,7 @@ pub fn survey<const D: usize>(
     let domain = &scene.domain;
     let s = &scene.state;
     let grid = &domain.grid;
-    let axis = m.axis;
+    let axis = m.axis();
     let volume = box_volume(grid);
     let carried = || s.bodies.iter().map(|b| b.volume() * b.velocity[axis]).sum::<f64>();
     Ok(match m.kind {
@@ -47,7 +47,7 @@ pub fn survey<const D: usize>(
             let carried = s
                 .bodies
                 .iter()
-                .filter(|b| m.particles.contains(&b.id))
+                .filter(|b| m.group().any(|id| id == b.id))
                 .map(|b| b.volume() * b.velocity[axis]);
             carried.sum::<f64>() / grid.size[axis]
         }
@@ -87,7 +87,9 @@ fn solid_fraction<const D: usize>(scene: &Scene<D>, m: &Measure) -> Result<f64> 
     let grid = &scene.domain.grid;
     let within = |c: usize| match &m.region {
         None => true,
-        Some([min, max]) => (0..D).all(|a| (min[a]..=max[a]).contains(&grid.centre(c)[a])),
+        Some(region) => {
+            (0..D).all(|a| (region.min[a]..=region.max[a]).contains(&grid.centre(c)[a]))
+        }
     };
     let cells = match &m.region {
         None => grid.rows().map(|row| row.len()).sum(),
@@ -104,7 +106,7 @@ fn solid_fraction<const D: usize>(scene: &Scene<D>, m: &Measure) -> Result<f64> 
 /// two layers. Collective.
 fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f64>) -> Result<f64> {
     let grid = &scene.domain.grid;
-    let axis = m.axis;
+    let axis = m.axis();
     layers.clear();
     layers.resize(grid.cells[axis], 0.0);
     let share = grid.cells[axis] as f64 / grid.total_cells() as f64;
@@ -116,7 +118,7 @@ fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f6
         layers.reverse();
     }
     let h = grid.h[axis];
-    let least = m.threshold;
+    let least = m.threshold.unwrap_or_default();
     let Some(top) = layers.iter().rposition(|fraction| *fraction >= least) else { return Ok(0.0) };
     let above = layers.get(top + 1).copied().unwrap_or(0.0);
     Ok(((top as f64 + 0.5 + (layers[top] - least) / (layers[top] - above)) * h)

@@ -36,43 +36,42 @@ fn vector(v: &[f64]) -> Vector3<f64> {
     Vector3::from(axes::<f64, 3>(v))
 }
 
-/// The velocity (m/s), spin (rad/s) and motion of a body that begins at a place (m).
-fn motion(given: &config::Motion, place: &[f64]) -> (Vector3<f64>, Vector3<f64>, Motion) {
-    let flat = place.len() == 2;
-    let (velocity, spin, motion) = match given {
-        config::Motion::Fixed => (Vector3::zeros(), [0.0; 3], Motion::Fixed),
-        config::Motion::Prescribed { velocity, spin, oscillation } => {
-            let drift = vector(velocity);
-            let path = oscillation.as_ref().map(|o| Oscillation {
-                origin: vector(place),
-                drift,
-                amplitude: vector(&o.amplitude),
-                frequency: o.frequency,
-                time: 0.0,
-            });
-            (path.as_ref().map_or(drift, Oscillation::velocity), *spin, Motion::Prescribed(path))
-        }
-        config::Motion::Free { velocity, spin, locked } => {
-            let free = |lock| !locked.contains(&lock);
-            let turns = free(config::Lock::Rotation);
-            let translation =
-                [free(config::Lock::X), free(config::Lock::Y), !flat && free(config::Lock::Z)];
-            let freedom =
-                Freedom { translation, rotation: [turns && !flat, turns && !flat, turns] };
-            (vector(velocity), *spin, Motion::Free(freedom))
-        }
-    };
-    (velocity, Vector3::from(spin), motion)
+/// Lets a body move as it is told.
+fn prescribe(body: &mut Body, told: &config::Prescribed) {
+    let drift = vector(&told.velocity);
+    let path = told.oscillation.as_ref().map(|o| Oscillation {
+        origin: body.centre,
+        drift,
+        amplitude: vector(&o.amplitude),
+        frequency: o.frequency,
+        time: 0.0,
+    });
+    body.velocity = path.as_ref().map_or(drift, Oscillation::velocity);
+    body.spin = Vector3::from(told.about());
+    body.motion = Motion::Prescribed(path);
+}
+
+/// The directions in which a free particle moves.
+fn freedom(p: &config::Particle) -> Freedom {
+    let flat = p.position.len() == 2;
+    let free = |lock| !p.locked.contains(&lock);
+    let turns = free(config::Lock::Rotation);
+    Freedom {
+        translation: [free(config::Lock::X), free(config::Lock::Y), !flat && free(config::Lock::Z)],
+        rotation: [turns && !flat, turns && !flat, turns],
+    }
 }
 
 /// The obstacle of this number of a case, of the fluid's density.
 pub(super) fn obstacle(case: &Case, number: usize) -> Body {
     let o = &case.obstacle[number];
     let fluid = &case.fluid;
-    let place = o.wall.centre();
-    let shape = Arc::new(Solid(o.wall.geometry().clone()));
-    let mut body = Body::new(shape, fluid.density, fluid.viscosity, vector(place));
-    (body.velocity, body.spin, body.motion) = motion(&o.motion, place);
+    let wall = o.wall();
+    let shape = Arc::new(Solid(wall.geometry().clone()));
+    let mut body = Body::new(shape, fluid.density, fluid.viscosity, vector(wall.centre()));
+    if let config::Motion::Prescribed(told) = &o.motion {
+        prescribe(&mut body, told);
+    }
     body.name = Some(case.called(case.particle.len() + number).into());
     body
 }
@@ -84,9 +83,18 @@ pub(super) fn body(p: &config::Particle) -> Body {
         None if p.shape.dimension() == 2 => Arc::new(Disc { radius }),
         None => Arc::new(Sphere { radius }),
     };
-    let mut body = Body::new(shape, p.density, p.viscosity, vector(&p.position));
-    (body.velocity, body.spin, body.motion) = motion(&p.motion, &p.position);
-    (body.orientation, body.angle) = (p.turn(), p.angle());
+    let mut body = Body::new(shape, p.density(), p.viscosity(), vector(&p.position));
+    match &p.motion {
+        config::Motion::Fixed => {}
+        config::Motion::Prescribed(told) => prescribe(&mut body, told),
+        config::Motion::Free => {
+            body.velocity = vector(&p.velocity());
+            body.spin = Vector3::from(p.spin.map_or([0.0; 3], config::Spin::about));
+            body.motion = Motion::Free(freedom(p));
+        }
+    }
+    body.orientation = p.turn();
+    body.angle = p.angle();
     body
 }
 
@@ -274,12 +282,13 @@ pub(super) fn contacts(
             names.len() - 1
         })
     };
-    let particle =
-        |k: usize| case.particle.get(k).map_or(config::DEFAULT_MATERIAL, |p| p.material.as_str());
+    let particle = |k: usize| {
+        case.particle.get(k).map_or(config::DEFAULT_MATERIAL, config::Particle::material)
+    };
     // The case's obstacles are the last bodies.
     let (own, walls) = bodies.split_at(bodies.len().saturating_sub(case.obstacle.len()));
     let names_of = own.iter().map(|body| particle(body.id));
-    let names_of = names_of.chain(case.obstacle.iter().map(|o| o.material.as_str()));
+    let names_of = names_of.chain(case.obstacle.iter().map(config::Obstacle::material));
     let materials: Vec<usize> = names_of.take(own.len() + walls.len()).map(&mut number).collect();
     // That of walls along which the fluid slips, and bodies too.
     let slippery = names.len();

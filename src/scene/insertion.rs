@@ -109,13 +109,13 @@ impl<const D: usize> Scene<D> {
             }) {
                 continue;
             }
-            let Some(place) = self.free_place(id, radius, enter) else {
+            let Some(place) = self.free_place(id, radius, enter, &particle.entrance(case)) else {
                 full.extend(enter.region.as_ref().map(|region| (region, enter.gap, radius)));
                 continue;
             };
             let mut body = build::body(particle);
             (body.id, body.centre) = (id, place);
-            if enter.velocity.is_none() {
+            if particle.velocity.is_none() {
                 body.velocity = self.mean_velocity(&body)?;
             }
             let s = &mut self.state;
@@ -140,8 +140,15 @@ impl<const D: usize> Scene<D> {
         Ok(came)
     }
 
-    /// A place (m) at which a body of this radius (m) comes in, if there is one.
-    fn free_place(&self, id: usize, radius: f64, enter: &Enter) -> Option<Vector3<f64>> {
+    /// A place (m) at which a body of this radius (m) comes in by its entrance (by axis: from, and
+    /// how far, in m), if there is one.
+    fn free_place(
+        &self,
+        id: usize,
+        radius: f64,
+        enter: &Enter,
+        entrance: &[(f64, f64)],
+    ) -> Option<Vector3<f64>> {
         let periods = self.domain.periods();
         let size = &self.domain.grid.size;
         let mut random = ChaCha8Rng::seed_from_u64(enter.seed ^ self.state.steps << 20);
@@ -149,7 +156,7 @@ impl<const D: usize> Scene<D> {
         let tries = if enter.region.is_some() { TRIES } else { 1 };
         (0..tries).find_map(|_| {
             let mut place = Vector3::zeros();
-            for (axis, (low, length)) in enter.entrance.iter().enumerate() {
+            for (axis, (low, length)) in entrance.iter().enumerate() {
                 let x = low + length * ((random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64);
                 // Rounding may reach the far side of a period, which is its near side.
                 place[axis] = if periods[axis].is_some() && x >= size[axis] { 0.0 } else { x };

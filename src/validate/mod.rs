@@ -283,10 +283,9 @@ mod tests {
         for row in rows {
             fs::write(&case, row.text).unwrap();
             let case = load(&case, &row.set).unwrap_or_else(|e| panic!("{}: {e}", row.name)).case;
-            let with = case.measure.iter().filter(|m| m.target.is_some());
+            let with = case.measure.iter().filter(|m| m.reference.is_some());
             assert!(
-                with.clone().count() > 0
-                    && with.clone().all(|m| m.target.as_ref().is_some_and(|t| t.source.is_some())),
+                with.clone().count() > 0 && with.clone().all(|m| m.source.is_some()),
                 "{}",
                 row.name
             );

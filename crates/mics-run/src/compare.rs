@@ -1,7 +1,7 @@
 //! Measures beside their references: what `summary.json`, `mics report` and `mics validate` say of
 //! them.
 
-use crate::config::{Measure, Reference, Target};
+use crate::config::{Measure, Reference};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -45,7 +45,8 @@ pub fn measured(value: f64) -> String {
 impl Comparison {
     /// Compares a value with the reference of its measure; `None` where it has none.
     pub fn of(measure: &Measure, value: Option<f64>) -> Option<Comparison> {
-        let Target { reference, tolerance, source } = measure.target.clone()?;
+        let reference = measure.reference?;
+        let tolerance = measure.tolerance.unwrap_or(0.0);
         let middle = reference.middle();
         Some(Comparison {
             value,
@@ -53,7 +54,7 @@ impl Comparison {
             tolerance,
             error: value.map(|v| (v - middle) / middle.abs()).filter(|error| error.is_finite()),
             pass: value.is_some_and(|v| reference.holds(v, tolerance)),
-            source,
+            source: measure.source.clone(),
         })
     }
 
@@ -103,30 +104,13 @@ pub fn signed_percent(part: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{ForceRule, MeasureKind};
 
     fn measure(target: Option<(Reference, f64)>) -> Measure {
-        let target =
-            target.map(|(reference, tolerance)| Target { reference, tolerance, source: None });
-        let name = "m".into();
-        let kind = MeasureKind::MaxSpeed;
-        let force = ForceRule::Momentum;
-        Measure {
-            name,
-            kind,
-            particle: 0,
-            axis: 0,
-            region: None,
-            threshold: 0.1,
-            particles: Vec::new(),
-            direction: None,
-            from: 0.0,
-            when: None,
-            speed: None,
-            length: None,
-            force,
-            target,
-        }
+        let text = "name = \"m\"\nkind = \"max_speed\"";
+        let mut measure: Measure = toml::from_str(text).unwrap();
+        measure.reference = target.map(|(reference, _)| reference);
+        measure.tolerance = target.map(|(_, tolerance)| tolerance);
+        measure
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use super::super::rows::Rows;
 use super::Folder;
-use crate::config::{Case, ForceRule, Motion};
+use crate::config::{Case, ForceRule};
 use crate::particles::Body;
 use crate::poisson::SolveRow;
 use crate::state::{Exchange, State};
@@ -91,14 +91,10 @@ pub(super) fn write_roster(path: &Path, case: &Case) -> Result<()> {
         .map_err(failed)?;
     for (id, p) in case.particle.iter().enumerate() {
         let name = p.name.clone().unwrap_or_default();
-        let motion = match p.motion {
-            Motion::Free { .. } => "free",
-            Motion::Fixed => "fixed",
-            Motion::Prescribed { .. } => "prescribed",
-        };
+        let motion = p.motion.name();
         let [id, diameter, density] =
-            [id.to_string(), format!("{:?}", p.shape.diameter()), format!("{:?}", p.density)];
-        rows.write_record([&id, &name, &p.material, p.shape.name(), &diameter, &density, motion])
+            [id.to_string(), format!("{:?}", p.shape.diameter()), format!("{:?}", p.density())];
+        rows.write_record([&id, &name, p.material(), p.shape.name(), &diameter, &density, motion])
             .map_err(failed)?;
     }
     let text = rows.into_inner().map_err(|e| Error::io(path.join(ROSTER))(e.into_error()))?;

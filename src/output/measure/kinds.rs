@@ -127,21 +127,23 @@ pub(super) struct View<'a> {
 
 impl View<'_> {
     fn direction(&self) -> Vector3<f64> {
-        self.measure.direction.unwrap_or_default()
+        self.measure.direction().unwrap_or_default()
     }
 
     /// The force on a particle (N), by the measure's rule.
     pub fn force(&self, particle: usize) -> Vector3<f64> {
-        self.step.exchange.get(particle).map_or_else(Vector3::zeros, |e| match self.measure.force {
-            ForceRule::Momentum => e.momentum,
-            ForceRule::Literal => e.literal(),
+        self.step.exchange.get(particle).map_or_else(Vector3::zeros, |e| {
+            match self.measure.force() {
+                ForceRule::Momentum => e.momentum,
+                ForceRule::Literal => e.literal(),
+            }
         })
     }
 
     /// The torque on its particle about the centre (N m), by the measure's rule.
     fn torque(&self) -> Vector3<f64> {
         self.step.exchange.get(self.particle).map_or_else(Vector3::zeros, |e| {
-            match self.measure.force {
+            match self.measure.force() {
                 ForceRule::Momentum => e.momentum_torque,
                 ForceRule::Literal => e.literal_torque,
             }
@@ -170,7 +172,7 @@ impl View<'_> {
 
     /// The particles that the measure is of.
     pub fn group(&self) -> impl Iterator<Item = usize> + '_ {
-        self.measure.particles.iter().filter_map(|id| place(self.step.bodies, *id))
+        self.measure.group().filter_map(|id| place(self.step.bodies, id))
     }
 
     fn force_on_group(&self) -> f64 {

@@ -49,7 +49,7 @@ pub fn series(case: &Case) -> Vec<Series> {
     let of = |m: &config::Measure| {
         // Of no use to what has none.
         let speed = m.speed.unwrap_or(f64::NAN);
-        let diameter = case.particle.get(m.particle).map_or(1.0, |p| p.shape.diameter());
+        let diameter = case.particle.get(m.particle.id()).map_or(1.0, |p| p.shape.diameter());
         let flat = case.dimension() == 2;
         let circle = 0.25 * PI * diameter * diameter;
         let volume = if flat { circle } else { 2.0 / 3.0 * diameter * circle };
@@ -119,7 +119,7 @@ impl Series {
         let view = View {
             measure,
             step,
-            particle: place(bodies, measure.particle).unwrap_or(usize::MAX),
+            particle: place(bodies, measure.particle.id()).unwrap_or(usize::MAX),
             force_scale: self.force_scale,
             up: self.up,
             of_box,

@@ -2,7 +2,7 @@
 
 use super::kinds::frequency;
 use super::*;
-use crate::config::{When, written};
+use crate::config::{When, Which, written};
 use crate::particles::{Motion, Oscillation};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -150,7 +150,8 @@ fn measures_of_height_fastest_particle_and_overlap() {
         of_kinds(&["mean_height", "height_rank", "fastest_particle", "largest_overlap"]);
     let up = Vector3::new(0.6, 0.8, 0.0);
     for s in &mut series {
-        (s.up, s.measure.particles) = (up, vec![0, 2]);
+        s.up = up;
+        s.measure.particles = Some(vec![Which::Id(0), Which::Id(2)]);
     }
     // Heights 5, 1, 3 along `up`, whatever lies across.
     let body = |height: f64, across: f64, speed: f64| {

@@ -54,7 +54,7 @@ impl Colours {
             Bodies::Material if materials(case).len() > 1 => {
                 [-0.5, materials(case).len() as f64 - 0.5]
             }
-            Bodies::Material => range(case, |p| p.density),
+            Bodies::Material => range(case, |p| p.density()),
         };
         Colours { by, range: if case.particle.is_empty() { [0.0; 2] } else { range } }
     }
@@ -73,7 +73,7 @@ impl Colours {
                 "material",
                 names.iter().enumerate().map(|(k, name)| (k as f64, (*name).to_owned())).collect(),
             ),
-            Bodies::Material => ("density (kg/m\u{b3})", numbers(few(case, |p| p.density))),
+            Bodies::Material => ("density (kg/m\u{b3})", numbers(few(case, |p| p.density()))),
         };
         Scale { label: label.to_owned(), range: self.range, names, grey: false }
     }
@@ -94,9 +94,9 @@ impl Colours {
             Bodies::Size => particle.shape.diameter(),
             Bodies::Speed => pose.speed,
             Bodies::Material if materials.len() > 1 => {
-                materials.iter().position(|name| *name == particle.material).unwrap_or(0) as f64
+                materials.iter().position(|name| *name == particle.material()).unwrap_or(0) as f64
             }
-            Bodies::Material => particle.density,
+            Bodies::Material => particle.density(),
         };
         part(value, self.range)
     }
@@ -118,8 +118,8 @@ pub fn told_apart(values: &[f64]) -> Vec<String> {
 pub fn materials(case: &Case) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for particle in &case.particle {
-        if !names.contains(&particle.material.as_str()) {
-            names.push(&particle.material);
+        if !names.contains(&particle.material()) {
+            names.push(particle.material());
         }
     }
     names
@@ -233,7 +233,7 @@ fn obstacles(
 ) -> impl Iterator<Item = Disc> {
     case.obstacle.iter().enumerate().map(move |(k, obstacle)| {
         let pose = place(case.particle.len() + k);
-        let outline = walls::rings(case, &obstacle.wall, pose, plane, size);
+        let outline = walls::rings(case, obstacle.wall(), pose, plane, size);
         let radius = outline.iter().flatten().map(|at| at[0].hypot(at[1])).fold(0.0, f64::max);
         Disc { radius, outline, wall: true, ..Disc::default() }
     })

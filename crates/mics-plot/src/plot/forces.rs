@@ -225,7 +225,7 @@ pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, 
     let diameter = case.particle[id].shape.diameter();
     let volume = particle.shape.volume();
     let pull = case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let weight = (particle.density - case.fluid.density).abs() * volume * pull;
+    let weight = (particle.density() - case.fluid.density).abs() * volume * pull;
     if weight == 0.0 || rows.is_empty() {
         return Ok(None);
     }
@@ -408,7 +408,7 @@ mod tests {
         let (mut case, rows) = fall("[0.0, 0.0]");
         assert!(super::parts(&case, &rows, &[]).unwrap().is_none());
         case.fluid.gravity = vec![0.0, -10.0];
-        case.particle[0].density = case.fluid.density;
+        case.particle[0].density = Some(case.fluid.density);
         assert!(super::parts(&case, &rows, &[]).unwrap().is_none(), "as heavy as the fluid");
     }
 }

@@ -34,7 +34,7 @@ pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
     let shapes = case.particle.iter().any(other);
     let sizes = few(case, |p| p.shape.diameter()).len() > 1;
     let named = |p: &Particle| p.name.clone();
-    let made = |p: &Particle| materials.then(|| p.material.clone());
+    let made = |p: &Particle| materials.then(|| p.material().to_owned());
     let sized = |p: &Particle| sizes.then(|| format!("d = {} m", near(p.shape.diameter())));
     let shaped = |p: &Particle| shapes.then(|| p.shape.name().to_owned());
     type Words<'a> = &'a dyn Fn(&Particle) -> Vec<Option<String>>;

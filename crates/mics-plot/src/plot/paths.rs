@@ -110,7 +110,8 @@ fn obstacles(track: &Track, axes: [usize; 2], scaled: bool) -> Vec<Series> {
     let size = axes.map(|axis| case.domain.size[axis]);
     let across = 3 - axes[0] - axes[1];
     let middle = 0.5 * case.domain.size.get(across).copied().unwrap_or(0.0);
-    let rings = case.obstacle.iter().flat_map(|o| rings(case, &o.wall, None, (axes, middle), size));
+    let rings =
+        case.obstacle.iter().flat_map(|o| rings(case, o.wall(), None, (axes, middle), size));
     let line = |ring: Vec<[f64; 2]>| {
         let closed = ring.iter().chain(ring.first());
         let points = closed.map(|[x, y]| (x / scale, y / scale)).collect();
@@ -159,8 +160,7 @@ fn band(case: &Case, measure: &Measure, axes: [usize; 2], scale: f64) -> Option<
         _ => return None,
     };
     let along = axes.iter().position(|drawn| *drawn == axis)?;
-    let target = measure.target.as_ref()?;
-    let Reference::Band(range) = target.reference else { return None };
+    let Reference::Band(range) = measure.reference? else { return None };
     let other = axes[1 - along];
     let size = case.domain.size[other];
     let pull = case.fluid.gravity[other];
@@ -173,7 +173,7 @@ fn band(case: &Case, measure: &Measure, axes: [usize; 2], scale: f64) -> Option<
         let [a, b] = [range[k] / scale, across[k] / scale];
         if along == 0 { (a, b) } else { (b, a) }
     };
-    let label = target
+    let label = measure
         .source
         .as_ref()
         .map_or_else(|| format!("reference of {}", measure.name), |text| brief(text));

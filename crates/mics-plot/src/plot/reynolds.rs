@@ -162,17 +162,17 @@ fn measured(runs: &[Run], kind: MeasureKind) -> Result<(Measured, Vec<Series>)> 
         let values = values(folder)?;
         for m in wanted {
             let Some(value) = values[&m.name].as_f64() else { continue };
-            let (Some(speed), Some(p)) = (m.speed, case.particle.get(m.particle)) else {
+            let (Some(speed), Some(p)) = (m.speed, case.particle.get(m.particle.id())) else {
                 continue;
             };
             let re = case.fluid.density * speed * p.shape.diameter() / case.fluid.viscosity;
             all.entry(m.name.clone()).or_default().push((re, value));
-            let Some(target) = &m.target else { continue };
-            let label = target
+            let Some(reference) = m.reference else { continue };
+            let label = m
                 .source
                 .as_ref()
                 .map_or_else(|| format!("reference of {}", m.name), |text| brief(text));
-            let (points, style) = match target.reference {
+            let (points, style) = match reference {
                 Reference::Value(value) => (vec![(re, value)], SeriesStyle::Markers),
                 Reference::Band([low, high]) => (vec![(re, low), (re, high)], SeriesStyle::Joined),
             };

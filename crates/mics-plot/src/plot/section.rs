@@ -54,13 +54,12 @@ pub fn leading(case: &Case) -> Option<usize> {
         sizes.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
     };
     let told = case.particle.iter().find_map(|p| match &p.motion {
-        Motion::Prescribed { velocity, oscillation, .. } => {
-            largest(velocity).or_else(|| oscillation.as_ref().and_then(|o| largest(&o.amplitude)))
-        }
+        Motion::Prescribed(told) => largest(&told.velocity)
+            .or_else(|| told.oscillation.as_ref().and_then(|o| largest(&o.amplitude))),
         _ => None,
     });
     let pulled = upright(case).filter(|_| case.particle.iter().any(|p| p.is_free()));
-    pulled.or_else(|| case.stream.as_ref().and_then(|v| largest(v))).or(told)
+    pulled.or_else(|| case.reference_velocity().and_then(|v| largest(&v))).or(told)
 }
 
 /// The layer of cells in which a plane lies: its axis, its number, and the coordinate of its middle

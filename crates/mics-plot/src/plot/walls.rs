@@ -182,7 +182,7 @@ mod tests {
 
     fn solid(case: &Case, axes: [usize; 2], height: f64) -> (usize, f64) {
         let size = axes.map(|a| case.domain.size[a]);
-        let all = rings(case, &case.obstacle[0].wall, None, (axes, height), size);
+        let all = rings(case, case.obstacle[0].wall(), None, (axes, height), size);
         (all.len(), all.iter().map(|ring| area(ring)).sum())
     }
 

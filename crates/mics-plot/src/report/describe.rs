@@ -146,7 +146,7 @@ pub fn numbers(run: &Run) -> Vec<Number> {
 /// Reynolds numbers of the stream, of measures with a speed of their own and of cells `h` (m) wide.
 fn of_stream(case: &Case, h: f64, all: &mut Numbers) {
     let nu = case.fluid.viscosity / case.fluid.density;
-    let Some(speed) = case.reference_speed.filter(|_| nu > 0.0) else { return };
+    let Some(speed) = case.reference_speed().filter(|_| nu > 0.0) else { return };
     let largest = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
     let (length, of) = match largest {
         0.0 => (case.domain.size[1], "the height of the box"),
@@ -221,7 +221,7 @@ fn of_particles(run: &Run, h: f64, all: &mut Numbers) {
     let of = if round { "the smallest particle" } else { "the thinnest part of any particle" };
     all.add("d/h", smallest / h, format!("cells across {of}; under 4 its flow is not resolved"));
     let g = case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let ratio = |p: &Particle| p.density / case.fluid.density;
+    let ratio = |p: &Particle| p.density() / case.fluid.density;
     let galileo =
         |p: &Particle| ((ratio(p) - 1.0).abs() * g * p.shape.diameter().powi(3)).sqrt() / nu;
     let heaviest = free().max_by(|a, b| galileo(a.1).total_cmp(&galileo(b.1)));
@@ -239,7 +239,8 @@ fn of_particles(run: &Run, h: f64, all: &mut Numbers) {
 fn of_oscillations(case: &Case, all: &mut Numbers) {
     let nu = case.fluid.viscosity / case.fluid.density;
     for (id, p) in case.particle.iter().enumerate() {
-        if let Motion::Prescribed { oscillation: Some(o), .. } = &p.motion {
+        let Motion::Prescribed(told) = &p.motion else { continue };
+        if let Some(o) = &told.oscillation {
             let d = p.shape.diameter();
             let u = o.speed();
             all.add(

@@ -211,14 +211,14 @@ fn what(case: &mics_run::config::Case, m: &mics_run::config::Measure) -> String 
         .ok()
         .and_then(|v| Some(v.as_str()?.replace('_', " ")))
         .unwrap_or_default();
-    let wall = m.kind.is_of_group() && m.particles[..] == [m.particle];
+    let wall = m.kind.is_of_group() && m.group().eq([m.particle.id()]);
     let particle = if m.kind.needs_particle() || wall {
-        format!(" of {}", case.called(m.particle))
+        format!(" of {}", case.called(m.particle.id()))
     } else {
         String::new()
     };
     let names = ["x", "y", "z"];
-    let direction = m.direction.map_or(String::new(), |direction| {
+    let direction = m.direction().map_or(String::new(), |direction| {
         let along = if m.kind == MeasureKind::Torque { "about" } else { "along" };
         let axis = (0..3).find(|a| direction[*a].abs() > 1.0 - 1e-9);
         let parts = direction.iter().take(case.dimension()).map(|part| short(*part));
@@ -228,7 +228,8 @@ fn what(case: &mics_run::config::Case, m: &mics_run::config::Measure) -> String 
             None => format!(" {along} ({})", parts.collect::<Vec<_>>().join(", ")),
         }
     });
-    let axis = if m.kind.has_axis() { format!(" along {}", names[m.axis]) } else { String::new() };
+    let axis =
+        if m.kind.has_axis() { format!(" along {}", names[m.axis()]) } else { String::new() };
     let from = if m.from > 0.0 { format!(", from {} s on", m.from) } else { String::new() };
     word + &particle + &direction + &axis + &from
 }

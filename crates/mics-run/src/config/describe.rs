@@ -55,7 +55,7 @@ impl Case {
     pub fn describe_particles(&self) -> Vec<(String, String)> {
         let widest = self.spacings().into_iter().fold(0.0, f64::max);
         let cells = |d: f64| d / widest;
-        let ratio = |p: &Particle| p.density / self.fluid.density;
+        let ratio = |p: &Particle| p.density() / self.fluid.density;
         if self.particle.len() > 5 {
             let range = |f: &dyn Fn(&Particle) -> f64| {
                 let values = self.particle.iter().map(f);
@@ -85,15 +85,17 @@ impl Case {
         }
         let line = |(id, p): (usize, &Particle)| {
             let motion = match &p.motion {
-                Motion::Free { .. } => "free".into(),
+                Motion::Free => "free".into(),
                 Motion::Fixed => "fixed".into(),
-                Motion::Prescribed { oscillation: None, .. } => "prescribed motion".into(),
-                Motion::Prescribed { oscillation: Some(o), .. } => format!(
-                    "prescribed motion, to and fro by {:?} m at {} 1/s ({:.4} m/s)",
-                    o.amplitude,
-                    o.frequency,
-                    o.speed()
-                ),
+                Motion::Prescribed(told) => match &told.oscillation {
+                    None => "prescribed motion".into(),
+                    Some(o) => format!(
+                        "prescribed motion, to and fro by {:?} m at {} 1/s ({:.4} m/s)",
+                        o.amplitude,
+                        o.frequency,
+                        o.speed()
+                    ),
+                },
             };
             let d = p.shape.diameter();
             let enters = p
@@ -116,19 +118,19 @@ impl Case {
     pub fn describe_obstacles(&self) -> Vec<(String, String)> {
         let widest = self.spacings().into_iter().fold(0.0, f64::max);
         let line = |(k, o): (usize, &Obstacle)| {
-            let [low, high] = o.wall.bounds();
+            let [low, high] = o.wall().bounds();
             let spans = ["x", "y", "z"].iter().enumerate().take(self.dimension());
             let spans = spans
                 .map(|(a, x)| format!("{x} from {} to {} m", rounded(low[a]), rounded(high[a])));
-            let thickness = o.wall.thickness();
+            let thickness = o.wall().thickness();
             let thin = if thickness.is_finite() {
                 format!("thinnest {} m = {:.1} cells, ", rounded(thickness), thickness / widest)
             } else {
                 String::new()
             };
-            let centre: Vec<String> = o.wall.centre().iter().map(|x| rounded(*x)).collect();
+            let centre: Vec<String> = o.wall().centre().iter().map(|x| rounded(*x)).collect();
             let moves = match &o.motion {
-                Motion::Prescribed { spin, .. } if *spin != [0.0; 3] => {
+                Motion::Prescribed(told) if told.turns() => {
                     format!("prescribed motion, turns about ({}) m", centre.join(", "))
                 }
                 Motion::Fixed => "fixed".to_owned(),
@@ -136,9 +138,9 @@ impl Case {
             };
             let words = format!(
                 "{}, walls within {}, {thin}{moves}, of {}",
-                o.wall.detail(),
+                o.wall().detail(),
                 spans.collect::<Vec<_>>().join(", "),
-                o.material
+                o.material()
             );
             (self.called(self.particle.len() + k), words)
         };
@@ -265,7 +267,7 @@ impl Case {
     /// along it, and nothing holds it.
     pub fn falls_as_a_whole(&self) -> Option<usize> {
         let free = self.particle.iter().all(Particle::is_free);
-        let heavy = self.particle.iter().any(|p| p.density != self.fluid.density);
+        let heavy = self.particle.iter().any(|p| p.density() != self.fluid.density);
         let boxed = (0..self.dimension()).all(|axis| self.periodic(axis));
         let axis = (0..self.dimension()).find(|axis| self.fluid.gravity[*axis] != 0.0)?;
         (free && heavy && boxed && self.drive.is_none()).then_some(axis)

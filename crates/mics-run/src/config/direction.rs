@@ -60,7 +60,7 @@ fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
     let Some(particle) = case.particle.get(id) else { return fluid };
     let (own, swing) = match &particle.motion {
         Motion::Prescribed(told) => {
-            (told.velocity.as_ref(), told.oscillation.as_ref().map(|o| &o.amplitude))
+            (Some(&told.velocity), told.oscillation.as_ref().map(|o| &o.amplitude))
         }
         Motion::Fixed | Motion::Free => (None, None),
     };
@@ -159,7 +159,7 @@ mod tests {
             },
             kinds.map(speed).concat()
         ))?;
-        Ok(case.measure.iter().map(|m| m.direction.unwrap().into()).collect())
+        Ok(case.measure.iter().map(|m| m.direction().unwrap().into()).collect())
     }
 
     const BOX: &str = "west = \"slip\", east = \"slip\", south = \"slip\", north = \"slip\"";

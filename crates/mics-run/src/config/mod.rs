@@ -1,17 +1,15 @@
-//! What the user typed, and what it means: a case file becomes a [`raw::Case`], is checked, and is
-//! resolved once into a [`Case`] of plain values. Pure data; the solver's `scene` alone turns it
-//! into a running scene.
+//! A case: read from its file, checked, its shapes and walls built, its swarms expanded, every key
+//! filled in, all in one set of types. Pure data; the solver's `scene` alone turns it into a running
+//! scene.
 //!
 //! ```text
-//!   case.toml, --set, preset  ->  document  ->  raw::Case  ->  checked  ->  Case  ->
-//!              scene, run, check, output
-//!         keys and their lines                  options         swarms      values
-//!                                                                expanded     |
-//!   case.toml of the run      <-------------  raw::Case, every key given  <---+
+//!   case.toml, --set, preset  ->  document  ->  Case  ->  checked, built, filled in  ->  scene, run,
+//!         keys and their lines                   ^                    |                  check, output
+//!   case.toml of the run                         +--------------------+
 //! ```
-//! A default that stands by itself belongs to its key, in [`raw`]; one that depends on other keys
-//! is given where the case is resolved. Nobody after that asks whether a key was given. SI units
-//! are named throughout; any consistent set works.
+//! A default that stands by itself belongs to its key; one that depends on other keys is filled in
+//! where its table is (`fill`). Nobody after that asks whether a key was given. SI units are named
+//! throughout; any consistent set works.
 
 #[macro_use]
 mod fault;
@@ -23,23 +21,21 @@ mod message;
 pub mod raw;
 mod read;
 mod reference;
-mod resolve;
-mod resolved;
 mod speeds;
 mod write;
 
 pub use raw::obstacle::Wall;
 pub use raw::shape::solid::{Shape, Solid};
 pub use raw::{
-    Advection, Axis, Cadence, Checkpoints, Contact, Coupling, Damping, Domain, Drive, FACES,
-    FixedRows, Fluid, ForceRule, History, Initial, Lock, Loss, MOST_SUBSTEPS, MeanVelocity,
-    MeasureKind, Orientation, Oscillation, Output, Pair, PairLaw, Petsc, Preset, Pressure, Probe,
-    Profile, Reference, Region, Removed, Round, Scheme, Section, Side, Solver, Statistics, Step,
-    Stiffness, Substeps, TangentialDamping, Time, WALL, WallRule, When,
+    Advection, Axis, Cadence, Case, Checkpoints, Contact, Coupling, Damping, Domain, Drive, Enter,
+    FACES, FixedRows, Fluid, ForceRule, History, Initial, Lock, Loss, MOST_SUBSTEPS, MeanVelocity,
+    Measure, MeasureKind, Motion, Obstacle, Orientation, Oscillation, Output, Pair, PairLaw,
+    Particle, Petsc, Prescribed, Preset, Pressure, Probe, Profile, Reference, Region, Removed,
+    Round, Scheme, Section, Side, Solver, Spin, Statistics, Step, Stiffness, Substeps,
+    TangentialDamping, Time, WALL, WallRule, When, Which,
 };
 pub use read::{Loaded, load, schema};
 pub use reference::reference;
-pub use resolved::{Case, Enter, Measure, Motion, Obstacle, Particle, Target};
 
 /// The material of particles that name none.
 pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;

@@ -9,12 +9,9 @@ use serde::de::DeserializeOwned;
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
 use super::raw::{
-    self, begin, build_obstacles, build_shapes, expand, measures, name_particles, off_walls, pairs,
-    validate,
+    Case, Particle, begin, build_obstacles, build_shapes, expand, measures, name_particles,
+    off_walls, pairs, validate,
 };
-use super::resolve::resolve;
-use super::resolved::Case;
-use super::write::particle;
 use crate::error::Given;
 use crate::{Error, Result};
 
@@ -62,7 +59,7 @@ const FLOW: [&str; 9] = [
 
 /// Drops the references that the file has of its own flow where overrides make it another one,
 /// unless they give others.
-fn drop_references(case: &mut raw::Case, overrides: &[String]) {
+fn drop_references(case: &mut Case, overrides: &[String]) {
     let keys = || overrides.iter().map(|given| given.split('=').next().unwrap_or_default().trim());
     let within = |key: &str, table: &str| {
         key.strip_prefix(table).is_some_and(|r| r.is_empty() || r.starts_with('.'))
@@ -121,7 +118,8 @@ fn checked(
     pairs(&raw)?;
     measures(&raw)?;
     drop_references(&mut raw, overrides);
-    Ok((resolve(raw)?, said))
+    raw.fill()?;
+    Ok((raw, said))
 }
 
 /// The case that a run wrote out, from its text.
@@ -145,14 +143,14 @@ impl FromStr for Case {
 }
 
 /// The dimension and the bodies of the case that a run wrote out, from its text.
-fn read_bodies(text: &str) -> Result<(usize, Vec<raw::Particle>), String> {
+fn read_bodies(text: &str) -> Result<(usize, Vec<Particle>), String> {
     let case = written(text)?;
-    Ok((case.dimension(), case.particle.iter().map(particle).collect()))
+    Ok((case.dimension(), case.particle))
 }
 
 /// The JSON Schema of a case, for editors.
 pub fn schema() -> serde_json::Value {
-    schemars::schema_for!(raw::Case).to_value()
+    schemars::schema_for!(Case).to_value()
 }
 
 /// The text of another TOML file of the program's, read and refused with the manners of a case.
@@ -213,7 +211,7 @@ fn read(file: &Path, kind: &str) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{Motion, Oscillation, Reference, Side, Step};
+    use crate::config::{Motion, Oscillation, Prescribed, Reference, Side, Spin, Step};
 
     const CHANNEL: &str = r#"name = "channel"
 [domain]
@@ -277,12 +275,12 @@ kind = "drag_coefficient"
         let case = load_text(CHANNEL, &[]).unwrap();
         assert_eq!(load_text(&case.to_toml(), &[]).unwrap(), case);
         assert_eq!(case.fluid.gravity, [0.0, 0.0]);
-        assert_eq!(case.particle[0].density, 1000.0);
+        assert_eq!(case.particle[0].density(), 1000.0);
         assert_eq!(case.initial.velocity, [2.0, 0.0], "the inflow's, at the middle of its face");
         assert_eq!(case.measure[0].speed, Some(2.0));
-        let motion =
-            Motion::Prescribed { velocity: vec![0.0, 1.0], spin: [0.0; 3], oscillation: None };
-        assert_eq!(case.particle[0].motion, motion);
+        let spin = Some(Spin::Plane(0.0));
+        let told = Prescribed { velocity: vec![0.0, 1.0], spin, oscillation: None };
+        assert_eq!(case.particle[0].motion, Motion::Prescribed(told));
     }
 
     #[test]
@@ -292,8 +290,8 @@ kind = "drag_coefficient"
         let case = load_text(CHANNEL, &[swing]).unwrap();
         assert_eq!(load_text(&case.to_toml(), &[]).unwrap(), case);
         let oscillation = Some(Oscillation { amplitude: vec![0.1, 0.0], frequency: 2.0 });
-        let motion = Motion::Prescribed { velocity: vec![0.0, 1.0], spin: [0.0; 3], oscillation };
-        assert_eq!(case.particle[0].motion, motion);
+        let Motion::Prescribed(told) = &case.particle[0].motion else { panic!() };
+        assert_eq!(told.oscillation, oscillation);
         let schema = schema();
         for (table, key) in [
             ("Prescribed", "oscillation"),
@@ -315,10 +313,10 @@ kind = "drag_coefficient"
             "particle.0.motion='fixed'",
         ];
         let case = load_text(CHANNEL, &overrides).unwrap();
-        assert_eq!(case.particle[0].density, 1200.0);
+        assert_eq!(case.particle[0].density(), 1200.0);
         assert_eq!((case.domain.size, case.domain.cells), (vec![4.0, 1.0], vec![64, 32]));
         assert_eq!(case.petsc.options, "-ksp_type cg");
-        assert_eq!(case.boundary[1][1], Side::MovingWall(vec![3.0, 0.0]));
+        assert_eq!(case.boundary.north, Side::MovingWall(vec![3.0, 0.0]));
         assert_eq!(case.particle[0].motion, Motion::Fixed);
     }
 
@@ -334,9 +332,7 @@ kind = "drag_coefficient"
     #[test]
     fn override_of_flow_drops_reference() {
         let text = CHANNEL.to_owned() + "reference = 2.0\ntolerance = 0.1\nsource = \"a book\"\n";
-        let left =
-            |overrides: &[&str]| load_text(&text, overrides).unwrap().measure[0].target.clone();
-        let left = |overrides: &[&str]| left(overrides).map(|target| target.reference);
+        let left = |overrides: &[&str]| load_text(&text, overrides).unwrap().measure[0].reference;
         let kept = Some(Reference::Value(2.0));
         for same in [&[][..], &["domain.cells=[64, 32]"], &["time.cfl=0.2", "measure.0.particle=0"]]
         {

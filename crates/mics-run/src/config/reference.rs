@@ -46,7 +46,7 @@ pub fn reference() -> String {
         if let Some(given) = value.get("default").map(toml_inline).filter(|text| text != "{}") {
             page.text += &format!("Without the table: `{given}`.\n\n");
         }
-        page.table(&definitions[table], plain);
+        page.keys_or_choices(&definitions[table]);
         page.types_of(&definitions[table]);
     }
     page.text
@@ -91,16 +91,19 @@ impl<'a> Page<'a> {
                 continue;
             }
             self.text += &format!("\n### {name}\n\n{}\n\n", sentence(value));
-            match ["oneOf", "anyOf"].iter().find_map(|key| value[key].as_array()) {
-                None => self.table(value, plain),
-                Some(choices) => {
-                    self.text += "| value | what it is |\n|---|---|\n";
-                    for choice in choices {
-                        self.text += &format!("| {} | {} |\n", kind(choice), cell(choice));
-                    }
-                }
-            }
+            self.keys_or_choices(value);
             self.types_of(value);
+        }
+    }
+
+    /// The rows of a table's keys, or of the values of which it is one.
+    fn keys_or_choices(&mut self, schema: &Value) {
+        let Some(choices) = ["oneOf", "anyOf"].iter().find_map(|key| schema[key].as_array()) else {
+            return self.table(schema, plain);
+        };
+        self.text += "| value | what it is |\n|---|---|\n";
+        for choice in choices {
+            self.text += &format!("| {} | {} |\n", kind(choice), cell(choice));
         }
     }
 }
@@ -171,7 +174,7 @@ fn kind(value: &Value) -> String {
         Some("number") => "number".to_owned(),
         Some("integer") => "whole number".to_owned(),
         Some("string") => "text".to_owned(),
-        Some("boolean") => "`true` or `false`".to_owned(),
+        Some("boolean") => "true or false".to_owned(),
         Some("array") => match value["minItems"].as_u64() {
             Some(count) => format!("list of {count}: {}", kind(&value["items"])),
             None => format!("list: {}", kind(&value["items"])),

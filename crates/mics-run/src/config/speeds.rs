@@ -33,7 +33,7 @@ impl Case {
         let between = |axis: usize| {
             let (size, walls) = (
                 self.domain.size[axis],
-                self.boundary[axis].iter().filter(|side| is_wall(side)).count(),
+                self.boundary.ends(axis).filter(|side| is_wall(side)).count(),
             );
             match walls {
                 0 => f64::INFINITY,
@@ -64,7 +64,7 @@ impl Case {
             .map(|force| self.steady_speed(force))
             .filter(|speed| speed.is_finite());
         let told = [
-            self.reference_speed,
+            self.reference_speed(),
             driven.or_else(|| self.driven_speed()),
             self.initial.taylor_green,
         ];

@@ -24,6 +24,21 @@ pub struct Boundary {
     pub top: Option<Side>,
 }
 
+impl Boundary {
+    /// The condition at the face of this number, of [`super::FACES`]; bottom and top have none in
+    /// 2D.
+    pub fn side(&self, face: usize) -> Option<&Side> {
+        let all = [&self.west, &self.east, &self.south, &self.north];
+        let along_z = [&self.bottom, &self.top];
+        all.get(face).copied().or_else(|| along_z.get(face.checked_sub(4)?)?.as_ref())
+    }
+
+    /// The conditions at the low and at the high end of an axis.
+    pub fn ends(&self, axis: usize) -> impl Iterator<Item = &Side> {
+        [0, 1].into_iter().filter_map(move |end| self.side(2 * axis + end))
+    }
+}
+
 /// What happens at one face of the box.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]

@@ -1,7 +1,8 @@
 //! A number that a run reports: of what it is taken, from when on, and what it ought to be.
 
-use super::{Axis, ForceRule, MeasureKind, Region};
+use super::{Axis, Case, ForceRule, MeasureKind, Region};
 use crate::words::rounded;
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -71,6 +72,68 @@ pub struct Measure {
     /// Where the reference is from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
+}
+
+/// The solid fraction of the top of a bed.
+const BED_FRACTION: f64 = 0.1;
+
+impl Measure {
+    /// Fills in the keys that are not given, with the direction and the axis that it is along.
+    pub(super) fn fill(&mut self, case: &Case, direction: Option<Vector3<f64>>, axis: usize) {
+        let dimension = case.dimension();
+        if self.kind.is_of_group() && self.particles.is_none() {
+            self.particles = Some((0..case.particle.len()).map(Which::Id).collect());
+        }
+        if self.kind.has_axis() {
+            self.axis = Some([Axis::X, Axis::Y, Axis::Z][axis]);
+        }
+        if self.kind == MeasureKind::BedHeight {
+            self.threshold.get_or_insert(BED_FRACTION);
+        }
+        // In 2D a torque is about z, which is no direction there.
+        if dimension == 3 || self.kind != MeasureKind::Torque {
+            self.direction = direction.map(|v| v.iter().take(dimension).copied().collect());
+        }
+        if self.kind.needs_speed() {
+            self.speed = self.speed.or(case.reference_speed());
+        }
+        if self.kind.is_of_force() {
+            self.force.get_or_insert(case.coupling.wall.force());
+        } else {
+            self.force = None;
+        }
+    }
+
+    /// The numbers of the particles of a kind that is of several.
+    pub fn group(&self) -> impl Iterator<Item = usize> {
+        self.particles.iter().flatten().map(Which::id)
+    }
+
+    /// The number of its axis, of a kind that is of the whole box.
+    pub fn axis(&self) -> usize {
+        self.axis.map_or(0, Axis::index)
+    }
+
+    /// Its direction, of length 1; `None` of what is of no force, or of a swing.
+    pub fn direction(&self) -> Option<Vector3<f64>> {
+        let component = |v: &[f64], axis: usize| v.get(axis).copied().unwrap_or(0.0);
+        match &self.direction {
+            Some(v) => Some(Vector3::from_fn(|axis, _| component(v, axis))),
+            None => (self.kind == MeasureKind::Torque).then(Vector3::z),
+        }
+    }
+
+    /// Which force, of a kind that is of one.
+    pub fn force(&self) -> ForceRule {
+        self.force.unwrap_or(ForceRule::Momentum)
+    }
+
+    /// Whether it is the same number as another measure, whatever that is compared with.
+    pub fn is_of(&self, other: &Measure) -> bool {
+        let bare =
+            |m: &Measure| Measure { reference: None, tolerance: None, source: None, ..m.clone() };
+        bare(self) == bare(other)
+    }
 }
 
 /// A particle, or several.

@@ -9,6 +9,7 @@ mod boundary;
 mod contact;
 mod coupling;
 mod drive;
+mod fill;
 mod measure;
 mod measure_kind;
 pub mod obstacle;
@@ -31,7 +32,7 @@ pub use coupling::{Coupling, ForceRule, WallRule};
 pub use drive::{Axis, Drive, MeanVelocity};
 pub use measure::{Measure, Reference, When, Which};
 pub use measure_kind::MeasureKind;
-pub use obstacle::{Heights, Moved, Obstacle, Outlines, Surface};
+pub use obstacle::{Heights, Obstacle, Outlines, Surface};
 pub use orientation::{About, By, Orientation};
 pub use output::{Cadence, Checkpoints, FixedRows, Output, Removed, Section};
 pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Spin};
@@ -54,7 +55,7 @@ use super::fault::Check;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A whole case file.
+/// A whole case. One that has been read has all keys filled in and its swarms among its particles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
@@ -112,7 +113,7 @@ pub struct Case {
     pub output: Output,
 }
 
-/// The names of the faces of the box, in the order of [`Case::sides`]: face `f` closes axis `f /
+/// The names of the faces of the box: face `f` closes axis `f /
 /// 2`, opposite `f ^ 1`.
 pub const FACES: [&str; 6] = ["west", "east", "south", "north", "bottom", "top"];
 
@@ -122,26 +123,24 @@ impl Case {
         self.domain.size.len()
     }
 
-    /// The conditions in the order of [`FACES`]; bottom and top are `None` in 2D.
-    pub fn sides(&self) -> [Option<&Side>; 6] {
-        let b = &self.boundary;
-        [
-            Some(&b.west),
-            Some(&b.east),
-            Some(&b.south),
-            Some(&b.north),
-            b.bottom.as_ref(),
-            b.top.as_ref(),
-        ]
+    /// The faces of the box by name, each with its condition.
+    pub fn sides(&self) -> impl Iterator<Item = (&'static str, &Side)> {
+        let faces = FACES.into_iter().enumerate();
+        faces.filter_map(|(face, name)| Some((name, self.boundary.side(face)?)))
+    }
+
+    /// Whether there is anything in the fluid: a particle, or an obstacle.
+    pub fn has_bodies(&self) -> bool {
+        !self.particle.is_empty() || !self.obstacle.is_empty()
     }
 
     /// Whether the sides that close this axis are joined.
     pub fn periodic(&self, axis: usize) -> bool {
-        self.sides()[2 * axis] == Some(&Side::Periodic)
+        self.boundary.side(2 * axis) == Some(&Side::Periodic)
     }
 
     /// The spacing of the grid along each axis (m).
-    fn spacings(&self) -> Vec<f64> {
+    pub fn spacings(&self) -> Vec<f64> {
         self.domain.size.iter().zip(&self.domain.cells).map(|(l, n)| l / *n as f64).collect()
     }
 
@@ -165,7 +164,7 @@ impl Case {
             all.filter(|v| length(v) > 0.0)
                 .reduce(|a, b| if length(&b) > length(&a) { b } else { a })
         };
-        let sides = || self.sides().into_iter().flatten();
+        let sides = || self.sides().map(|(_, side)| side);
         let moving = |s: &Side| if let Side::MovingWall(v) = s { Some(v.clone()) } else { None };
         let held = self.drive.as_ref().and_then(|drive| {
             let Drive::MeanVelocity(held) = drive else { return None };
@@ -178,6 +177,10 @@ impl Case {
             .or_else(|| fastest(&mut [self.initial.velocity.clone()].into_iter()))
             .or_else(|| fastest(&mut sides().filter_map(moving)))
     }
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 fn length(v: &[f64]) -> f64 {
@@ -239,7 +242,7 @@ pub struct Initial {
     pub couette: Option<Axis>,
     /// Amplitude (m/s) of a reproducible random disturbance of every cell, which breaks the
     /// symmetry of a wake.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub perturbation: f64,
 }
 

@@ -14,14 +14,14 @@ mod heights;
 mod table;
 mod wall;
 
-use super::Prescribed;
+use super::Motion;
 pub(in crate::config) use build::{build, off_walls};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use wall::Wall;
 
 /// A wall of any shape: exactly one of `polygon` (2D), `surface` (3D) and `heights`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Obstacle {
     /// Name in measures; each its own.
@@ -44,7 +44,7 @@ pub struct Obstacle {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre: Option<Vec<f64>>,
     /// What moves it; default it rests. What moves must not reach the sides of the box.
-    pub motion: Moved,
+    pub motion: Motion,
     /// Its name in `[[contact.pair]]`, default that of the sides of the box, `wall`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
@@ -53,22 +53,44 @@ pub struct Obstacle {
     pub wall: Option<Wall>,
 }
 
+impl Default for Obstacle {
+    fn default() -> Self {
+        Obstacle {
+            name: None,
+            polygon: None,
+            surface: None,
+            heights: None,
+            position: None,
+            centre: None,
+            motion: Motion::Fixed,
+            material: None,
+            wall: None,
+        }
+    }
+}
+
 impl Obstacle {
+    /// What it is, of a case that has been read.
+    pub fn wall(&self) -> &Wall {
+        self.wall.as_ref().expect("the obstacles of a case that has been read are built")
+    }
+
+    /// Puts what has been built in place of what is typed, with nothing in other files.
+    fn become_wall(&mut self, wall: Wall) {
+        let Obstacle { polygon, surface, centre, .. } = wall.typed();
+        self.polygon = polygon;
+        self.surface = surface;
+        self.heights = None;
+        self.position = None;
+        self.centre = centre;
+        self.material.get_or_insert_with(|| super::WALL.to_owned());
+        self.wall = Some(wall);
+    }
+
     /// The name of its material.
     pub fn material(&self) -> &str {
         self.material.as_deref().unwrap_or(super::WALL)
     }
-}
-
-/// What moves an obstacle.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Moved {
-    /// It rests.
-    #[default]
-    Fixed,
-    /// Its motion is given.
-    Prescribed(Prescribed),
 }
 
 /// Closed outlines: exactly one of `points`, `outlines` and `file`. An outline within another one

@@ -4,7 +4,7 @@ mod check;
 mod overlap;
 
 use super::shape::solid::Shape;
-use super::{Case, Orientation, Region};
+use super::{Case, Fluid, Orientation, Region, Typed};
 pub(super) use check::{Nature, below_periods, inside, motion, particle, printable};
 use nalgebra::UnitQuaternion;
 pub(super) use overlap::{Overlap, distance, overlap, slack};
@@ -21,6 +21,7 @@ pub struct Particle {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Its shape.
+    #[schemars(with = "Typed")]
     pub shape: Shape,
     /// How it is turned at time 0: degrees in 2D, `{ axis = [0, 0, 1], degrees = 30 }` in 3D;
     /// default its own axes are along those of the box.
@@ -66,22 +67,24 @@ pub struct Enter {
     /// Where: at random in this part of the box; default at its position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
-    /// Least distance to bodies and walls then (m), default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gap: Option<f64>,
-    /// Seed of the random numbers, default 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub seed: Option<u64>,
+    /// Least distance to bodies and walls then (m).
+    #[serde(default)]
+    pub gap: f64,
+    /// Seed of the random numbers.
+    #[serde(default = "one")]
+    pub seed: u64,
+}
+
+fn one() -> u64 {
+    1
 }
 
 impl Particle {
     /// Where its centre may come into the box, by axis: from, and how far (m).
     pub fn entrance(&self, case: &Case) -> Vec<(f64, f64)> {
         let here = || self.position.iter().map(|x| (*x, 0.0)).collect();
-        let region = self
-            .enter
-            .as_ref()
-            .and_then(|enter| Some((enter.region.as_ref()?, enter.gap.unwrap_or(0.0))));
+        let region =
+            self.enter.as_ref().and_then(|enter| Some((enter.region.as_ref()?, enter.gap)));
         region
             .and_then(|(region, gap)| region.room(case, gap, self.shape.bounding_diameter()))
             .unwrap_or_else(here)
@@ -98,6 +101,47 @@ impl Particle {
     /// What brings its own axes into those of the box.
     pub fn turn(&self) -> UnitQuaternion<f64> {
         self.orientation.as_ref().map_or(UnitQuaternion::identity(), Orientation::quaternion)
+    }
+
+    /// The angle (rad) about z by which it is turned at time 0 in 2D.
+    pub fn angle(&self) -> f64 {
+        self.orientation.as_ref().map_or(0.0, Orientation::angle)
+    }
+
+    /// Whether forces and contacts move it.
+    pub fn is_free(&self) -> bool {
+        self.motion == Motion::Free
+    }
+
+    /// Density (kg/m3) of a particle of a case that has been read.
+    pub fn density(&self) -> f64 {
+        self.density.unwrap_or(f64::NAN)
+    }
+
+    /// Viscosity (Pa s) inside a particle of a case that has been read.
+    pub fn viscosity(&self) -> f64 {
+        self.viscosity.unwrap_or(f64::NAN)
+    }
+
+    /// Velocity (m/s) of a free particle at time 0, a number for each axis.
+    pub fn velocity(&self) -> Vec<f64> {
+        self.velocity.clone().unwrap_or_else(|| vec![0.0; self.position.len()])
+    }
+
+    /// Fills in the keys that are not given.
+    pub(in crate::config) fn fill(&mut self, fluid: &Fluid) {
+        self.density.get_or_insert(fluid.density);
+        self.viscosity.get_or_insert(fluid.viscosity);
+        self.material.get_or_insert_with(|| Self::DEFAULT_MATERIAL.to_owned());
+        let dimension = self.position.len();
+        if self.is_free() {
+            self.spin.get_or_insert(Spin::none(dimension));
+            // What enters without one takes that of the fluid.
+            if self.enter.is_none() {
+                self.velocity.get_or_insert_with(|| vec![0.0; dimension]);
+            }
+        }
+        self.motion.fill(dimension);
     }
 
     /// The name of its material where none is given.
@@ -136,19 +180,50 @@ pub enum Motion {
     Prescribed(Prescribed),
 }
 
+impl Motion {
+    /// Fills in the keys of a given motion that are not given.
+    pub(in crate::config) fn fill(&mut self, dimension: usize) {
+        if let Motion::Prescribed(told) = self {
+            told.velocity.resize(dimension, 0.0);
+            told.spin.get_or_insert(Spin::none(dimension));
+        }
+    }
+
+    /// Its name, as a case has it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Motion::Free => "free",
+            Motion::Fixed => "fixed",
+            Motion::Prescribed(_) => "prescribed",
+        }
+    }
+}
+
 /// A given motion: constant velocity and spin, and an oscillation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Prescribed {
-    /// Velocity of the centre (m/s), default zero.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub velocity: Option<Vec<f64>>,
+    /// Velocity of the centre (m/s), a number for each axis; default zero.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocity: Vec<f64>,
     /// Angular velocity (rad/s), default zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
     /// Added oscillation of the centre; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub oscillation: Option<Oscillation>,
+}
+
+impl Prescribed {
+    /// The angular velocity (rad/s) about x, y and z.
+    pub fn about(&self) -> [f64; 3] {
+        self.spin.map_or([0.0; 3], Spin::about)
+    }
+
+    /// Whether it turns.
+    pub fn turns(&self) -> bool {
+        self.about() != [0.0; 3]
+    }
 }
 
 /// An oscillation: the centre is at `position + velocity t + amplitude sin(2 pi frequency t)`.
@@ -169,11 +244,26 @@ impl Oscillation {
 }
 
 /// An angular velocity: one number in 2D, three in 3D (rad/s).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a spin is one number in 2D, three in 3D (rad/s)")]
 pub enum Spin {
     /// About z, positive from x to y.
     Plane(f64),
     /// About x, y, z.
     Space([f64; 3]),
+}
+
+impl Spin {
+    /// That of what does not turn.
+    fn none(dimension: usize) -> Spin {
+        if dimension == 2 { Spin::Plane(0.0) } else { Spin::Space([0.0; 3]) }
+    }
+
+    /// About x, y and z (rad/s).
+    pub fn about(self) -> [f64; 3] {
+        match self {
+            Spin::Plane(z) => [0.0, 0.0, z],
+            Spin::Space(spin) => spin,
+        }
+    }
 }

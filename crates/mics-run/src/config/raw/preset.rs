@@ -103,7 +103,7 @@ mod tests {
         assert_eq!((case.time.scheme(), case.time.advection), (Scheme::Euler, Advection::Qsi));
         assert_eq!(case.coupling.wall, WallRule::Mixing);
         assert_eq!(case.particle.len(), 4);
-        assert!(case.particle.iter().all(|particle| particle.viscosity == 0.0));
+        assert!(case.particle.iter().all(|particle| particle.viscosity() == 0.0));
         assert_eq!(
             case.contact.map(|contact| contact.tangential_damping),
             Some(TangentialDamping::Printed)
@@ -120,7 +120,7 @@ mod tests {
             (case.time.advection, case.time.length()),
             (Advection::Upwind5, Step::Courant(0.2))
         );
-        assert_eq!((case.particle[0].viscosity, case.contact), (3.0, None));
+        assert_eq!((case.particle[0].viscosity(), case.contact), (3.0, None));
         assert_eq!((case.coupling.wall, case.preset), (WallRule::Mixing, Some(Preset::Mics2003)));
     }
 }

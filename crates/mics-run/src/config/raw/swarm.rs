@@ -299,8 +299,8 @@ impl Swarm {
             let enter = Enter {
                 time: from.unwrap_or(0.0) + n as f64 / rate,
                 region: Some((*region).clone()),
-                gap: Some(*gap),
-                seed: Some(*seed),
+                gap: *gap,
+                seed: *seed,
             };
             let place = (0..dimension).map(middle).collect();
             Particle { enter: Some(enter), ..self.particle(made, place) }

@@ -67,7 +67,7 @@ fn initial(case: &Case) -> Check {
     }
     not_negative("initial.perturbation", case.initial.perturbation, "m/s")?;
     positive("initial.taylor_green", case.initial.taylor_green, "m/s")?;
-    let periodic = case.sides().into_iter().flatten().all(|side| matches!(side, Side::Periodic));
+    let periodic = case.sides().all(|(_, side)| *side == Side::Periodic);
     let holds = case.initial.taylor_green.is_none() || periodic;
     ensure!(
         holds,
@@ -76,10 +76,10 @@ fn initial(case: &Case) -> Check {
     );
     if let Some(axis) = case.initial.couette {
         axis.check("initial.couette", case.dimension())?;
-        let sides = case.sides();
-        let pair = &sides[2 * axis.index()..][..2];
-        let walls = pair.iter().all(|s| matches!(s, Some(Side::Wall | Side::MovingWall(_))));
-        let moves = pair.iter().any(|s| matches!(s, Some(Side::MovingWall(_))));
+        let mut pair = case.boundary.ends(axis.index());
+        let walls = pair.all(|s| matches!(s, Side::Wall | Side::MovingWall(_)));
+        let mut pair = case.boundary.ends(axis.index());
+        let moves = pair.any(|s| matches!(s, Side::MovingWall(_)));
         let x = AXES[axis.index()];
         let cure = "make one of its two sides { moving_wall = [...] }, and both walls";
         ensure!(walls && moves, "initial.couette", "no walls shear the fluid along {x}: {cure}");

@@ -7,7 +7,7 @@ use crate::config::fault::{AXES, Check, Fault, finite, vector};
 use crate::config::raw::particle::{motion, printable, slack};
 use crate::config::raw::shape::outline::{self, Flaw};
 use crate::config::raw::source::{Source, factor, named, one_of};
-use crate::config::raw::{Case, Motion, Particle};
+use crate::config::raw::{Case, Motion, Particle, Prescribed};
 use crate::words::{brief, rounded};
 use mics_shapes::{Geometry, Room, stl};
 use nalgebra::Vector3;
@@ -53,15 +53,22 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
         printable(&format!("{key}.material"), typed.material.as_deref())?;
         let wall = wall(case, typed, &key, folder, &mut notes)?;
         let moved = &case.obstacle[index].motion;
-        if let Moved::Prescribed(prescribed) = moved {
-            let key = format!("{key}.motion");
-            motion(&Motion::Prescribed(prescribed.clone()), &key, case.dimension())?;
+        let key = format!("{key}.motion");
+        ensure!(
+            *moved != Motion::Free,
+            key,
+            "is fixed or prescribed: what floats is a [[particle]]"
+        );
+        motion(moved, &key, case.dimension())?;
+        if let Motion::Prescribed(prescribed) = moved {
             keeps_off_sides(case, &wall, prescribed, &key)?;
         }
-        case.obstacle[index].wall = Some(wall);
+        let obstacle = &mut case.obstacle[index];
+        obstacle.motion.fill(case.domain.size.len());
+        obstacle.become_wall(wall);
     }
     let spacing = case.spacings().into_iter().fold(0.0, f64::max);
-    let at_rest = case.obstacle.iter_mut().filter(|o| o.motion == Moved::Fixed);
+    let at_rest = case.obstacle.iter_mut().filter(|o| o.motion == Motion::Fixed);
     Wall::unite(at_rest.filter_map(|o| o.wall.as_mut()), spacing)
         .map_err(|fault| Fault { key: "obstacle".to_owned(), message: fault.0 })?;
     Ok(notes)
@@ -104,7 +111,7 @@ fn kind(typed: &Obstacle, key: &str, room: &Room, dimension: usize) -> Result<&'
             "must lie in the box, from 0 to {size:?} m, not at {at:?}"
         );
         ensure!(
-            !room.periodic[axis] || typed.motion != Moved::Fixed || *at == 0.5 * size,
+            !room.periodic[axis] || typed.motion != Motion::Fixed || *at == 0.5 * size,
             key,
             "must be the middle of the box, {:?} m, along {}, which is periodic, of an obstacle \
             that rests, not {at:?}",
@@ -170,7 +177,7 @@ fn wall(
         }
         notes.push(note(&what));
     }
-    let moves = typed.motion != Moved::Fixed;
+    let moves = typed.motion != Motion::Fixed;
     let wall = Wall::new(form, &room, centre.clone(), moves)
         .map_err(|fault| refuse(&format!("{}: {cure}", fault.0)))?;
     stands(case, &wall).map_err(|what| refuse(&format!("{what}: {cure}")))?;
@@ -280,11 +287,11 @@ fn of_heights(
 fn keeps_off_sides(case: &Case, wall: &Wall, moved: &Prescribed, key: &str) -> Check {
     let [low, high] = wall.bounds();
     let centre = wall.centre();
-    let turns = moved.spin.is_some();
+    let turns = moved.turns();
     let reach = wall.geometry().radius();
     for axis in 0..case.dimension() {
         let size = case.domain.size[axis];
-        let drift = moved.velocity.as_ref().map_or(0.0, |v| v[axis]) * case.time.end;
+        let drift = moved.velocity.get(axis).unwrap_or(&0.0) * case.time.end;
         let swing = moved.oscillation.as_ref().map_or(0.0, |o| o.amplitude[axis].abs());
         let (from, to) = if turns {
             (centre[axis] - reach, centre[axis] + reach)

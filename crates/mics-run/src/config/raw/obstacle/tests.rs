@@ -26,7 +26,7 @@ fn case(dimension: usize, keys: &str, files: &[(&str, &str)]) -> Case {
 }
 
 fn wall(dimension: usize, keys: &str, files: &[(&str, &str)]) -> Wall {
-    case(dimension, keys, files).obstacle[0].wall.clone()
+    case(dimension, keys, files).obstacle[0].wall().clone()
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn line_of_heights_goes_on_to_the_sides_and_round_a_period() {
     assert!(bed.nearest(&[0.0, 0.05]).distance > 0.0 && bed.nearest(&[0.1, 0.03]).distance < 0.0);
     let closed = text(2, &obstacle("heights = { points = [[0.05, 0.02], [0.15, 0.06]] }"))
         .replace("\"periodic\"", "\"wall\"");
-    let bed = loaded(&closed, &[]).unwrap().case.obstacle[0].wall.clone();
+    let bed = loaded(&closed, &[]).unwrap().case.obstacle[0].wall().clone();
     // Level beyond both ends.
     assert!((bed.geometry().volume() - area).abs() < 1e-9 * area);
     assert!((bed.nearest(&[0.01, 0.05]).distance - 0.03).abs() < 1e-3);
@@ -246,7 +246,7 @@ fn turning_obstacle_in_a_periodic_box_turns_about_its_centre_of_volume() {
     let paddle = "motion = { prescribed = { spin = 2.0 } }\npolygon = { points = [[0.03, 0.08], \
         [0.05, 0.08], [0.05, 0.12], [0.03, 0.12]] }";
     let found = case(2, paddle, &[]);
-    let wall = &found.obstacle[0].wall;
+    let wall = found.obstacle[0].wall();
     assert!((wall.centre()[0] - 0.04).abs() < 1e-12 && (wall.centre()[1] - 0.1).abs() < 1e-12);
     let said = &found.describe_obstacles()[0].1;
     assert!(said.contains("turns about (0.04, 0.1) m"), "{said}");
@@ -256,7 +256,7 @@ fn turning_obstacle_in_a_periodic_box_turns_about_its_centre_of_volume() {
         assert!((wall.nearest(&[x, y]).distance - exact).abs() < 1e-12, "{x} {y}");
     }
     let given = case(2, &format!("{paddle}\ncentre = [0.045, 0.1]"), &[]);
-    assert_eq!(given.obstacle[0].wall.centre(), [0.045, 0.1]);
+    assert_eq!(given.obstacle[0].wall().centre(), [0.045, 0.1]);
 }
 
 #[test]
@@ -297,7 +297,7 @@ fn motion_and_material_come_back() {
         [0.09, 0.15]] }";
     let case = case(2, keys, &[]);
     let paddle = &case.obstacle[0];
-    assert_eq!((paddle.name.as_deref(), &*paddle.material), (Some("paddle"), "steel"));
-    assert!(matches!(paddle.motion, Motion::Prescribed { spin: [0.0, 0.0, 2.0], .. }));
+    assert_eq!((paddle.name.as_deref(), paddle.material()), (Some("paddle"), "steel"));
+    assert!(matches!(&paddle.motion, Motion::Prescribed(told) if told.about() == [0.0, 0.0, 2.0]));
     assert!(case.describe_obstacles()[0].1.contains("outline of 4 corners"));
 }

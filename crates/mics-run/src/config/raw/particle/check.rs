@@ -12,9 +12,7 @@ impl Enter {
         ensure!(free, table, "is for free particles: set motion = \"free\" or remove it");
         not_negative(&format!("{table}.time"), *time, "s")?;
         not_negative(&format!("{table}.gap"), *gap, "m")?;
-        region
-            .as_ref()
-            .map_or(Ok(()), |region| region.check(case, table, diameter, gap.unwrap_or(0.0)))
+        region.as_ref().map_or(Ok(()), |region| region.check(case, table, diameter, *gap))
     }
 }
 
@@ -219,7 +217,8 @@ pub(in crate::config::raw) fn inside(case: &Case, key: &str, who: &str, body: &P
 /// Checks what moves a body.
 pub(in crate::config::raw) fn motion(motion: &Motion, key: &str, dimension: usize) -> Check {
     let Motion::Prescribed(prescribed) = motion else { return Ok(()) };
-    if let Some(velocity) = &prescribed.velocity {
+    let velocity = &prescribed.velocity;
+    if !velocity.is_empty() {
         vector(&format!("{key}.prescribed.velocity"), velocity, dimension, "m/s")?;
     }
     if let Some(Oscillation { amplitude, frequency }) = &prescribed.oscillation {

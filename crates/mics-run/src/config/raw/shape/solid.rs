@@ -12,7 +12,6 @@
 use super::{Clump, Typed};
 use mics_shapes::{Geometry, Scaled};
 use nalgebra::{UnitQuaternion, Vector3};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI};
@@ -20,7 +19,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// The shape of a body, in its own axes: what is typed of it, and the solid that this is where it
 /// is not round.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Shape {
     typed: Typed,

@@ -5,14 +5,12 @@ use crate::config::fault::{AXES, finite, short};
 
 /// Checks the conditions at the sides of the box.
 pub(super) fn boundary(case: &Case) -> Check {
-    let sides = case.sides();
     let dimension = case.dimension();
-    let faces = || FACES.into_iter().zip(sides).enumerate();
-    for (face, (name, side)) in faces() {
+    for (face, name) in FACES.into_iter().enumerate() {
         let key = format!("boundary.{name}");
         let axis = face / 2;
         let opposite = FACES[face ^ 1];
-        let Some(side) = side else {
+        let Some(side) = case.boundary.side(face) else {
             ensure!(axis >= dimension, key, "missing: a 3D case needs bottom and top as well");
             continue;
         };
@@ -23,7 +21,7 @@ pub(super) fn boundary(case: &Case) -> Check {
         );
         match side {
             Side::Periodic => {
-                let paired = sides[face ^ 1] == Some(&Side::Periodic);
+                let paired = case.boundary.side(face ^ 1) == Some(&Side::Periodic);
                 let cure = format!("set both {name} and {opposite} to \"periodic\", or neither");
                 ensure!(paired, key, "{name} is periodic and {opposite} is not: {cure}");
             }
@@ -54,13 +52,12 @@ pub(super) fn boundary(case: &Case) -> Check {
 
 /// Refuses inflows without an outflow, unless as much goes out by their velocities as comes in.
 fn balance(case: &Case) -> Check {
-    let sides = case.sides();
-    let inflow = |side: &Option<&Side>| side.is_some_and(|side| !side.inflow().is_empty());
-    if sides.contains(&Some(&Side::Outflow)) {
+    let mut sides = case.sides().map(|(_, side)| side).enumerate();
+    if case.sides().any(|(_, side)| *side == Side::Outflow) {
         return Ok(());
     }
-    let Some(face) = sides.iter().position(inflow) else { return Ok(()) };
-    let fluxes = || (0..sides.len()).filter_map(|face| Some(sides[face]?.flux(face, &case.domain)));
+    let Some((face, _)) = sides.find(|(_, side)| !side.inflow().is_empty()) else { return Ok(()) };
+    let fluxes = || case.sides().enumerate().map(|(face, (_, side))| side.flux(face, &case.domain));
     let [enters, leaves] =
         [1.0, -1.0].map(|sign| fluxes().map(|flux| (sign * flux).max(0.0)).sum::<f64>());
     let unit = if case.dimension() == 2 { "m2/s" } else { "m3/s" };
