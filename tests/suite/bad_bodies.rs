@@ -284,7 +284,7 @@ pub const BAD_BODIES: &[Row] = &[
     ),
     (
         "[[measure]]", "[output]\nfields = { every = 1, every_time = 0.1 }\n[[measure]]", "fields",
-        "output.fields", &["exactly one of"],
+        "output.fields", &["exactly one of `every`, `every_time`"],
     ),
     (
         "[[measure]]", "[output]\ncheckpoint = { every_steps = 0 }\n[[measure]]", "checkpoint",

@@ -55,9 +55,9 @@ pub const BAD_KEYS: &[Row] = &[
     // The drive.
     (
         "[time]", "[drive]\nforce = [1.0, 0.0]\ngravity = true\n[time]", "[drive]", "drive",
-        &["exactly one of", "there are 2"],
+        &["found `force` and `gravity`", "exactly one of `force`, `gravity`, `mean_velocity`"],
     ),
-    ("[time]", "[drive]\n[time]", "[drive]", "drive", &["there are 0"]),
+    ("[time]", "[drive]\n[time]", "[drive]", "drive", &["found none", "exactly one of"]),
     ("[time]", "[drive]\nforce = [1.0]\n[time]", "force", "drive.force", &["2"]),
     (
         "[time]", "[drive]\nmean_velocity = { axis = \"x\", value = 1.0 }\n[time]", "mean_velocity",

@@ -84,19 +84,7 @@ impl Case {
             return [("particles".into(), words)].into_iter().chain(shapes).chain(come).collect();
         }
         let line = |(id, p): (usize, &Particle)| {
-            let motion = match &p.motion {
-                Motion::Free => "free".into(),
-                Motion::Fixed => "fixed".into(),
-                Motion::Prescribed(told) => match &told.oscillation {
-                    None => "prescribed motion".into(),
-                    Some(o) => format!(
-                        "prescribed motion, to and fro by {:?} m at {} 1/s ({:.4} m/s)",
-                        o.amplitude,
-                        o.frequency,
-                        o.speed()
-                    ),
-                },
-            };
+            let motion = p.motion.describe();
             let d = p.shape.diameter();
             let enters = p
                 .enter
@@ -215,6 +203,18 @@ pub(super) fn unnamed<'a>(
         known => suggest(wanted, known),
     };
     format!("no {kind} has the name \"{wanted}\"; {cure}")
+}
+
+impl Motion {
+    /// What moves a body, in words.
+    fn describe(&self) -> String {
+        let Motion::Prescribed(told) = self else { return self.name().to_owned() };
+        let swing = told.oscillation.as_ref().map_or(String::new(), |o| {
+            let speed = o.speed();
+            format!(", to and fro by {:?} m at {} 1/s ({speed:.4} m/s)", o.amplitude, o.frequency)
+        });
+        format!("prescribed motion{swing}")
+    }
 }
 
 impl Contact {

@@ -14,6 +14,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use super::fault::Fault;
 use super::message::reword;
 use super::raw::{Case, MeasureKind, preset};
+use super::reference::choices;
 use crate::error::Given;
 use crate::{Error, Result};
 
@@ -169,7 +170,7 @@ impl<'a> Document<'a> {
                 .span()
                 .and_then(|span| find(&self.root, &span, &mut path))
                 .unwrap_or(self.root.get_ref());
-            reword(e.message(), path, node)
+            reword(e.message(), path, node, choices)
         })
     }
 

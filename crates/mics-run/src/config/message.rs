@@ -3,8 +3,14 @@
 use super::fault::Fault;
 use toml::de::DeValue;
 
-/// What the deserialiser says, in the user's words: the key and what would be right.
-pub(super) fn reword(raw: &str, mut path: Vec<String>, node: &DeValue) -> Fault {
+/// What the deserialiser says, in the user's words: the key and what would be right; `choices` has
+/// the names of which the table at a place has exactly one.
+pub(super) fn reword(
+    raw: &str,
+    mut path: Vec<String>,
+    node: &DeValue,
+    choices: fn(&[String]) -> Option<Vec<String>>,
+) -> Fault {
     let mut quoted = raw.split('`').skip(1).step_by(2);
     let names: Vec<_> =
         path.iter().filter(|key| key.parse::<usize>().is_err()).map(String::as_str).collect();
@@ -33,7 +39,8 @@ pub(super) fn reword(raw: &str, mut path: Vec<String>, node: &DeValue) -> Fault 
     {
         let keys: Vec<_> = table.keys().map(|key| format!("`{}`", key.get_ref())).collect();
         let found = if keys.is_empty() { "none".into() } else { keys.join(" and ") };
-        format!("found {found}, wanted exactly one, as in {{ name = ... }}")
+        let known = choices(&path).unwrap_or_default();
+        format!("found {found}, wanted exactly one of `{}`", known.join("`, `"))
     } else if let Some((_, wanted)) = raw.split_once(", expected ") {
         let wanted = match wanted {
             "f64" => "a number",

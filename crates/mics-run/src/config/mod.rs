@@ -15,7 +15,6 @@
 mod fault;
 mod change;
 mod describe;
-mod direction;
 mod document;
 mod message;
 pub mod raw;
@@ -34,8 +33,8 @@ pub use raw::{
     Round, Scheme, Section, Side, Solver, Spin, Statistics, Step, Stiffness, Substeps,
     TangentialDamping, Time, WALL, WallRule, When, Which,
 };
-pub use read::{Loaded, load, schema};
-pub use reference::reference;
+pub use read::{Loaded, load};
+pub use reference::{reference, schema};
 
 /// The material of particles that name none.
 pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;

@@ -148,11 +148,6 @@ fn read_bodies(text: &str) -> Result<(usize, Vec<Particle>), String> {
     Ok((case.dimension(), case.particle))
 }
 
-/// The JSON Schema of a case, for editors.
-pub fn schema() -> serde_json::Value {
-    schemars::schema_for!(Case).to_value()
-}
-
 /// The text of another TOML file of the program's, read and refused with the manners of a case.
 #[derive(Clone, Debug)]
 pub struct Text {
@@ -211,7 +206,7 @@ fn read(file: &Path, kind: &str) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{Motion, Oscillation, Prescribed, Reference, Side, Spin, Step};
+    use crate::config::{Motion, Oscillation, Prescribed, Reference, Side, Spin, Step, schema};
 
     const CHANNEL: &str = r#"name = "channel"
 [domain]

@@ -3,6 +3,7 @@
 //! A section for each table of a case in the schema's order, with a row a key; after it the types
 //! that its keys name, each where it is met first.
 
+use super::raw::Case;
 use serde_json::{Map, Value};
 use std::collections::HashSet;
 
@@ -21,9 +22,37 @@ particle.0.density=1200`.
 [Writing a case](case.md) has most of the keys on one page.
 ";
 
+/// The JSON Schema of a case, for editors.
+pub fn schema() -> Value {
+    schemars::schema_for!(Case).to_value()
+}
+
+/// The names of which the table at this place of a case has exactly one, if that is how it is.
+pub(super) fn choices(path: &[String]) -> Option<Vec<String>> {
+    let schema = schema();
+    let definitions = &schema["$defs"];
+    let mut here = &schema;
+    for key in path {
+        let entry = match key.parse::<usize>() {
+            Ok(_) => &here["items"],
+            Err(_) => here["properties"].get(key).or_else(|| {
+                let mut all = here["oneOf"].as_array()?.iter();
+                all.find_map(|choice| choice["properties"].get(key))
+            })?,
+        };
+        here = match definition(entry).filter(|_| entry["type"] != "array") {
+            Some(name) => &definitions[name],
+            None => entry,
+        };
+    }
+    let all = here["oneOf"].as_array()?;
+    let names = all.iter().filter_map(|choice| choice["properties"].as_object()?.keys().next());
+    Some(names.cloned().collect())
+}
+
 /// The reference as a page of Markdown.
 pub fn reference() -> String {
-    let schema = super::schema();
+    let schema = schema();
     let nothing = Map::new();
     let definitions = schema["$defs"].as_object().unwrap_or(&nothing);
     let tables = schema["properties"].as_object().unwrap_or(&nothing);

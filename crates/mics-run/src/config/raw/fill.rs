@@ -1,7 +1,6 @@
 //! The keys that a case leaves out, where their defaults depend on others.
 
-use super::{Case, Motion, Side, WallRule};
-use crate::config::direction;
+use super::{Case, Motion, Side, WallRule, direction};
 use crate::config::fault::Check;
 
 impl Case {

@@ -10,8 +10,8 @@
 //!   stream                      part along the stream
 //! ```
 
-use super::fault::Fault;
-use super::raw::{Case, Drive, Measure, MeasureKind, Motion};
+use super::{Case, Drive, Measure, MeasureKind, Motion};
+use crate::config::fault::Fault;
 use nalgebra::Vector3;
 
 /// The direction, of length 1, of measure `index`; `None` of what is of no force.
