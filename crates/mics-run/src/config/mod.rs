@@ -1,11 +1,11 @@
 //! A case: read from its file, checked, its shapes and walls built, its swarms expanded, every key
-//! filled in, all in one set of types. Pure data; the solver's `scene` alone turns it into a running
-//! scene.
+//! filled in, all in one set of types. Pure data; the solver's `scene` alone turns it into a
+//! running scene.
 //!
 //! ```text
-//!   case.toml, --set, preset  ->  document  ->  Case  ->  checked, built, filled in  ->  scene, run,
-//!         keys and their lines                   ^                    |                  check, output
-//!   case.toml of the run                         +--------------------+
+//!   case.toml, --set, preset  ->  document  ->  Case  ->  checked, built, filled in  ->  scene,
+//!         keys and their lines                   ^                    |                  run,
+//!   case.toml of the run                         +--------------------+                  check
 //! ```
 //! A default that stands by itself belongs to its key; one that depends on other keys is filled in
 //! where its table is (`fill`). Nobody after that asks whether a key was given. SI units are named

@@ -283,7 +283,7 @@ impl Swarm {
             position,
             motion: self.motion.clone().unwrap_or_default(),
             velocity: self.velocity.clone(),
-            spin: self.spin.clone(),
+            spin: self.spin,
             locked: self.locked.clone(),
             material: self.material.clone(),
             enter: None,
