@@ -6,6 +6,7 @@ mod build;
 mod cells;
 mod describe;
 mod diagnostics;
+mod dimensions;
 mod insertion;
 mod sides;
 
@@ -98,6 +99,15 @@ impl<const D: usize> Scene<D> {
     /// As [`Scene::new`]; and when the case asks for what a body's shape does not have, or its
     /// method has no such forces.
     pub fn extended(
+        session: &Session,
+        case: &Case,
+        bodies: Option<Vec<Body>>,
+        forces: Vec<Arc<dyn Force>>,
+    ) -> Result<Scene<D>> {
+        dimensions::build(session, case, bodies, forces)
+    }
+
+    fn build(
         session: &Session,
         case: &Case,
         bodies: Option<Vec<Body>>,
@@ -238,6 +248,10 @@ impl<const D: usize> Scene<D> {
     /// When the divergence cannot be brought below D0, or a value is no longer finite: names the
     /// cell or the particle.
     pub fn step(&mut self, dt: f64) -> Result<Report> {
+        dimensions::step(self, dt)
+    }
+
+    fn advance(&mut self, dt: f64) -> Result<Report> {
         self.motions.clear();
         self.motions.extend(self.state.bodies.iter().map(energy::Motion::of));
         let start = self.state.time;
