@@ -5,7 +5,7 @@
 //! [`method`]), its terms ([`kernels::advection`], [`kernels::diffusion`], [`kernels::faces`],
 //! [`poisson::pressure`]), its stability ([`scheme`]), the wall ([`method::sharp`],
 //! [`method::mics2003`]), contacts ([`contact`]), the constants ([`numerics`]), and what a case can
-//! ask for ([`config::raw::Case`] and the tables in it, [`config::MeasureKind`] for what is
+//! ask for ([`config::Case`] and the tables in it, [`config::MeasureKind`] for what is
 //! measured). Each page opens with its formulas, and with the stencil where there is one.
 //!
 //! # What is solved

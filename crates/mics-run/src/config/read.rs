@@ -100,7 +100,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
 }
 
 /// The case that a document of the file `path` describes, its swarms turned into particles, checked
-/// and resolved, and what is to be said of the files that it names.
+/// and filled in, and what is to be said of the files that it names.
 fn checked(
     document: &Document,
     path: &Path,
