@@ -46,7 +46,8 @@ impl Contacts {
         &self,
         pair: &mut Pair,
         bodies: &[Body],
-        (kinematics, meeting): (&Kinematics, &Meeting),
+        kinematics: &Kinematics,
+        meeting: &Meeting,
         normal: f64,
     ) -> Vector3<f64> {
         let h = kinematics.h;
@@ -65,7 +66,7 @@ impl Contacts {
         let depth =
             kinematics.overlap.max(0.5 * h * kinematics.approach.abs()).max(f64::MIN_POSITIVE);
         let Resistance { spin, stiffness, limit, inverse } = if round {
-            self.rolling(pair, bodies, (kinematics, meeting), normal, depth)
+            self.rolling(pair, bodies, kinematics, meeting, normal, depth)
         } else {
             self.twisting(pair, bodies, meeting, normal, depth)
         };
@@ -94,7 +95,8 @@ impl Contacts {
         &self,
         pair: &Pair,
         bodies: &[Body],
-        (kinematics, meeting): (&Kinematics, &Meeting),
+        kinematics: &Kinematics,
+        meeting: &Meeting,
         normal: f64,
         depth: f64,
     ) -> Resistance {

@@ -74,7 +74,7 @@ impl Contacts {
             return Err(self.too_deep(&pair, bodies, &kinematics, &limit));
         }
         let (normal, tangential) = self.law(&pair).force(&kinematics, &mut pair.spring);
-        let rolling = self.resist_turning(&mut pair, bodies, (&kinematics, meeting), normal);
+        let rolling = self.resist_turning(&mut pair, bodies, &kinematics, meeting, normal);
         pair.normal += h * normal;
         pair.tangential += h * tangential;
         pair.touched += if normal > 0.0 { h } else { 0.0 };

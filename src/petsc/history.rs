@@ -164,7 +164,7 @@ impl History {
         let first = if self.guess { self.first } else { of_zero };
         let begin = self.residuals.len();
         if norm.is_some() {
-            self.take(kept, (iterations, last), (norm == Some(TRUE_RESIDUAL)).then_some(first));
+            self.take(kept, iterations, last, (norm == Some(TRUE_RESIDUAL)).then_some(first));
         } else {
             let last = self.defect(system)?;
             self.residuals.extend([(0, first), (iterations, last)]);
@@ -186,7 +186,7 @@ impl History {
 
     /// Takes the residuals that PETSc has kept of a solve, and the last of it, after so many
     /// iterations; the `first` one too, where it is known and the method does not keep it.
-    fn take(&mut self, kept: usize, (iterations, last): (u32, f64), first: Option<f64>) {
+    fn take(&mut self, kept: usize, iterations: u32, last: f64, first: Option<f64>) {
         let History { buffer, residuals, .. } = self;
         let all = &buffer[..kept];
         let count = iterations as usize;

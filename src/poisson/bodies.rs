@@ -128,7 +128,7 @@ impl Bodies {
     ) -> Result<()> {
         let groups = weights.len() / self.axes;
         let bodies = groups.saturating_sub(turning.len());
-        let unsound = self.is_unsound(frame, weights, covered, turning, (groups, bodies));
+        let unsound = self.is_unsound(frame, weights, covered, turning, groups, bodies);
         self.weights.clear();
         self.weights.extend(
             weights
@@ -187,7 +187,8 @@ impl Bodies {
         weights: &[f64],
         covered: &[ModeFace],
         turning: &[u32],
-        (groups, bodies): (usize, usize),
+        groups: usize,
+        bodies: usize,
     ) -> bool {
         let axes = self.axes;
         let stored = frame.stored.iter().product::<usize>();

@@ -115,7 +115,7 @@ impl Fields<'_> {
             _ => (self.lattice.n[1], false),
         };
         for row in 0..rows {
-            let at = if flat { (layer, 0) } else { (row, layer) };
+            let at = if flat { [layer, 0] } else { [row, layer] };
             match pass {
                 Pass::FromZero(omega) => self.begin(omega, from, at),
                 Pass::Prolong => self.prolong(from, at),
@@ -131,7 +131,7 @@ impl Fields<'_> {
     }
 
     #[inline(always)]
-    fn begin(&mut self, omega: Single, to: usize, (j, k): (usize, usize)) {
+    fn begin(&mut self, omega: Single, to: usize, [j, k]: [usize; 2]) {
         let s = self.lattice.row(j, k);
         let n = self.lattice.n[0];
         let b = &self.b[s..][..n];
@@ -142,7 +142,7 @@ impl Fields<'_> {
     }
 
     #[inline(always)]
-    fn sweep(&mut self, omega: Single, from: usize, (j, k): (usize, usize)) {
+    fn sweep(&mut self, omega: Single, from: usize, [j, k]: [usize; 2]) {
         let Fields { lattice, g, inverse, b, x, .. } = self;
         let s = lattice.row(j, k);
         let n = lattice.n[0];
@@ -161,7 +161,7 @@ impl Fields<'_> {
     }
 
     #[inline(always)]
-    fn restrict(&mut self, from: usize, (j, k): (usize, usize)) {
+    fn restrict(&mut self, from: usize, [j, k]: [usize; 2]) {
         let Fields { lattice, g, b, x, row, factor, coarse: Some(coarse), .. } = self else {
             return;
         };
@@ -185,7 +185,7 @@ impl Fields<'_> {
     }
 
     #[inline(always)]
-    fn prolong(&mut self, from: usize, (j, k): (usize, usize)) {
+    fn prolong(&mut self, from: usize, [j, k]: [usize; 2]) {
         let Fields { lattice, x, factor, coarse: Some(coarse), .. } = self else { return };
         let n = lattice.n[0];
         let wide = coarse.lattice;

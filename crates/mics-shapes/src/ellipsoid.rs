@@ -24,12 +24,14 @@ impl Ellipsoid {
         let core = Core::Ellipsoid { half, inset };
         let part = Part { place: Vector3::zeros(), core, rounding: inset, radius: largest };
         let mut body = Ellipsoid { half, area: 1.0, parts: [part] };
-        body.area = patches::directions(48).map(|direction| body.patch(direction).area).sum();
+        body.area = patches::directions(48)
+            .map(|(direction, angle)| body.patch(direction, angle).area)
+            .sum();
         body
     }
 
     /// That over a direction and a solid angle of the sphere of which it is a stretched one.
-    fn patch(&self, (direction, angle): (Vector3<f64>, f64)) -> Patch {
+    fn patch(&self, direction: Vector3<f64>, angle: f64) -> Patch {
         let slope = direction.component_div(&self.half);
         let place = direction.component_mul(&self.half);
         let length = slope.norm();
@@ -72,7 +74,8 @@ impl Geometry for Ellipsoid {
 
     fn surface(&self, spacing: f64) -> Vec<Patch> {
         let n = patches::divisions(self.half.max(), spacing);
-        let mut all: Vec<Patch> = patches::directions(n).map(|at| self.patch(at)).collect();
+        let mut all: Vec<Patch> =
+            patches::directions(n).map(|(direction, angle)| self.patch(direction, angle)).collect();
         let factor = self.area / all.iter().map(|patch| patch.area).sum::<f64>();
         all.iter_mut().for_each(|patch| patch.area *= factor);
         all

@@ -64,7 +64,7 @@ impl<const D: usize> CutBodies<D> {
                     correction[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
                 }
             }
-            self.cover(axis, bodies, (dt, a), correction, &mut faces[axis]);
+            self.cover(axis, bodies, dt, a, correction, &mut faces[axis]);
         }
         Ok(())
     }
@@ -75,7 +75,8 @@ impl<const D: usize> CutBodies<D> {
         &self,
         axis: usize,
         bodies: &[Body],
-        (dt, a): (f64, &[f64]),
+        dt: f64,
+        a: &[f64],
         correction: &[f64],
         face: &mut [f64],
     ) {

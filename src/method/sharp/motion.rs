@@ -185,7 +185,7 @@ impl<const D: usize> Sharp<D> {
             let pressure = pressure + domain.felt(&s.drive, 1.0).component_mul(&motion.displaced);
             (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
             let (drag, turn) = resistance(body, &motion.surface_moments, unit);
-            let drag = drag.max(least_drag(body, drag, fluid.density, (h, unit.1), dt));
+            let drag = drag.max(least_drag(body, drag, fluid.density, h, unit.1, dt));
             let share = inertial_share(body, &turn, dt);
             let centred = 0.5 * share;
             motion.shear =
@@ -292,7 +292,7 @@ pub(super) fn resistance(
 /// of which the body expects `drag`; the rest is felt a step late, and may be what its mass and the
 /// fluid's resist at most. So it is of few cells across in steps of several stages alone, and of
 /// light ones.
-fn least_drag(body: &Body, drag: f64, density: f64, (h, weights): (f64, f64), dt: f64) -> f64 {
+fn least_drag(body: &Body, drag: f64, density: f64, h: f64, weights: f64, dt: f64) -> f64 {
     let with_pressure = if body.shape().dimension() == 2 { 2.0 } else { 1.5 };
     let inverse_mass = with_pressure * drag * (weights + h / body.radius());
     0.5 * (inverse_mass - (body.mass() + body.added_mass(density)) / dt)

@@ -71,11 +71,7 @@ impl Sheet {
 
     /// A bitmap over a rectangle (its upper left corner, its width and height), its colours given
     /// by the part of its width and height from the lower left corner.
-    pub fn bitmap(
-        &mut self,
-        (corner, extent): (Pixel, Pixel),
-        colour: impl Fn(f64, f64) -> RGBColor,
-    ) {
+    pub fn bitmap(&mut self, corner: Pixel, extent: Pixel, colour: impl Fn(f64, f64) -> RGBColor) {
         let (width, height) = extent;
         let part = |k: i32, extent: i32| (f64::from(k) + 0.5) / f64::from(extent);
         let places = (0..height).rev().flat_map(|j| (0..width).map(move |i| (i, j)));
@@ -179,8 +175,9 @@ impl Sheet {
 
     fn pixels_of(
         &self,
-        (width, height): (u32, u32),
+        size: (u32, u32),
     ) -> std::result::Result<Vec<u8>, Box<dyn StdError + Send + Sync>> {
+        let (width, height) = size;
         let scale = SCALE as usize;
         let row = width as usize * scale;
         let mut large = vec![0; row * height as usize * scale * 3];
@@ -209,8 +206,9 @@ impl Sheet {
 
     fn svg_text(
         &self,
-        (width, height): (u32, u32),
+        size: (u32, u32),
     ) -> std::result::Result<String, Box<dyn StdError + Send + Sync>> {
+        let (width, height) = size;
         let mut text = String::new();
         let scale = SCALE as u32;
         self.draw(SVGBackend::with_string(&mut text, (width * scale, height * scale)), true)?;
@@ -224,8 +222,8 @@ impl Sheet {
 }
 
 /// An encoder of pictures of that width and height.
-pub fn encoder<W: Write>(to: W, (width, height): (u32, u32)) -> png::Encoder<'static, W> {
-    let mut encoder = png::Encoder::new(to, width, height);
+pub fn encoder<W: Write>(to: W, size: (u32, u32)) -> png::Encoder<'static, W> {
+    let mut encoder = png::Encoder::new(to, size.0, size.1);
     encoder.set_color(png::ColorType::Rgb);
     // Flat areas and lines are smaller by a third without the filters that photographs want.
     encoder.set_compression(png::Compression::Default);

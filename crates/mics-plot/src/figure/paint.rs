@@ -95,7 +95,7 @@ impl Palette {
     /// Draws the colours into the frame of a colour bar, whose vertical axis has this range, with
     /// the axis on its right.
     pub fn bar(&self, sheet: &mut Sheet, bar: &Frame) {
-        sheet.bitmap((bar.corner, bar.extent), |_, up| self.at(up));
+        sheet.bitmap(bar.corner, bar.extent, |_, up| self.at(up));
         bar.axes(sheet, true);
     }
 }
@@ -169,7 +169,7 @@ pub fn speed_limit(planes: &[Plane]) -> f64 {
 
 /// Fills a plot with the colours of a plane's values.
 pub fn values(sheet: &mut Sheet, plot: &Frame, plane: &Plane, palette: &Palette) {
-    sheet.bitmap((plot.corner, plot.extent), |x, y| {
+    sheet.bitmap(plot.corner, plot.extent, |x, y| {
         palette.colour(sample(plane, &plane.values, [x * plane.size[0], y * plane.size[1]]))
     });
 }

@@ -85,7 +85,7 @@ fn union(circles: &[(Point, f64)]) -> Vec<[Point; 2]> {
         let others = || circles.iter().enumerate().filter(move |(j, _)| *j != k);
         // Where the others cross it, as angles.
         let mut ends: Vec<f64> =
-            others().flat_map(|(_, other)| crossings((centre, radius), *other)).collect();
+            others().flat_map(|(_, other)| crossings(centre, radius, other.0, other.1)).collect();
         ends.extend(ends.is_empty().then_some(0.0));
         ends.sort_by(f64::total_cmp);
         let on = |angle: f64| [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()];
@@ -108,8 +108,8 @@ fn union(circles: &[(Point, f64)]) -> Vec<[Point; 2]> {
     segments
 }
 
-/// The angles on a circle at which another one crosses it.
-fn crossings((a, r): (Point, f64), (b, s): (Point, f64)) -> Vec<f64> {
+/// The angles on a circle about `a` of radius r at which one about `b` of radius s crosses it.
+fn crossings(a: Point, r: f64, b: Point, s: f64) -> Vec<f64> {
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     let distance = dx.hypot(dy);
     let cosine = (distance * distance + r * r - s * s) / (2.0 * distance * r);
