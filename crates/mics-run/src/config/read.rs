@@ -216,7 +216,7 @@ cells = [32, 16]
 density = 1000
 viscosity = 2.0
 [boundary]
-west = { inflow_profile = { at = [0.0, 0.4, 1.0], velocity = [[0, 0], [2, 0], [2, 0]] } }
+west = { inflow_profile = { at = [0.0, 0.4, 1.0], velocity = [[0, 0], [2, 0], [1, 0]] } }
 east = "outflow"
 south = { moving_wall = [1.0, 0.0] }
 north = "wall"
@@ -271,7 +271,8 @@ kind = "drag_coefficient"
         assert_eq!(load_text(&case.to_toml(), &[]).unwrap(), case);
         assert_eq!(case.fluid.gravity, [0.0, 0.0]);
         assert_eq!(case.particle[0].density(), 1000.0);
-        assert_eq!(case.initial.velocity, [2.0, 0.0], "the inflow's, at the middle of its face");
+        let middle = case.initial.velocity[0];
+        assert!((middle - 11.0 / 6.0).abs() < 1e-12, "the inflow's at the middle: {middle}");
         assert_eq!(case.measure[0].speed, Some(2.0));
         let spin = Some(Spin::Plane(0.0));
         let told = Prescribed { velocity: vec![0.0, 1.0], spin, oscillation: None };
