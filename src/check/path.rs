@@ -60,7 +60,7 @@ pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
             .map(|(axis, end)| {
                 let speed = body.velocity[axis].abs();
                 let way = if end == 1 { size[axis] - body.centre[axis] } else { body.centre[axis] }
-                    - body.shape().bounds(&body.orientation())[axis];
+                    - body.reach()[axis];
                 (state.time + way / speed, body.id, axis, end, speed)
             })
             .collect()

@@ -99,7 +99,7 @@ fn long_beside_wall<const D: usize>(
         if face.is_multiple_of(2) { x } else { size - x }
     };
     let gap = |body: &Body| {
-        let bounds = body.shape().bounds(&body.orientation());
+        let bounds = body.reach();
         let gap = |(face, _): (usize, &Side)| distance(body, face) - bounds[face / 2];
         walls().map(gap).fold(f64::INFINITY, f64::min)
     };

@@ -164,10 +164,7 @@ impl Body {
 
     /// How far it reaches from its centre along the axes of the box (m).
     pub fn reach(&self) -> Vector3<f64> {
-        if self.round {
-            return Vector3::repeat(self.radius);
-        }
-        self.shape.bounds(&self.orientation())
+        self.shape.turned(&self.orientation()).bounds()
     }
 
     /// What brings its own axes into those of the box; of a round body, which does not show it,
@@ -178,6 +175,11 @@ impl Body {
         }
         // Many small turns wear its length off.
         UnitQuaternion::new_normalize(*self.orientation).to_rotation_matrix()
+    }
+
+    /// The signed distance (m) of the point at `arm` (m) from its surface.
+    pub fn distance(&self, arm: &Vector3<f64>) -> f64 {
+        self.shape.turned(&self.orientation()).distance(arm)
     }
 
     /// Its shape at its place.
@@ -204,7 +206,7 @@ impl Body {
 
     /// Moments of inertia about the centre (kg m2).
     pub fn inertia(&self) -> Inertia {
-        let own = self.shape.inertia(self.mass());
+        let own = self.shape.inertia_of(self.mass());
         if self.round {
             return Inertia::Same(own[(2, 2)]);
         }

@@ -4,7 +4,7 @@ use crate::config::{self, Case, Side};
 use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps, Wall, WallSide};
 use crate::domain::Domain;
 use crate::drive::Drive;
-use crate::geometry::{Disc, Shape, Solid, Sphere};
+use crate::geometry::{Disc, Shape, Sphere};
 use crate::grid::{Coefficient, Grid};
 use crate::method::Method;
 use crate::method::flow::Flow;
@@ -67,7 +67,7 @@ pub(super) fn obstacle(case: &Case, number: usize) -> Body {
     let o = &case.obstacle[number];
     let fluid = &case.fluid;
     let wall = o.wall();
-    let shape = Arc::new(Solid(wall.geometry().clone()));
+    let shape = wall.geometry().clone();
     let mut body = Body::new(shape, fluid.density, fluid.viscosity, vector(wall.centre()));
     if let config::Motion::Prescribed(told) = &o.motion {
         prescribe(&mut body, told);
@@ -79,7 +79,7 @@ pub(super) fn obstacle(case: &Case, number: usize) -> Body {
 pub(super) fn body(p: &config::Particle) -> Body {
     let radius = 0.5 * p.shape.diameter();
     let shape: Arc<dyn Shape> = match p.shape.solid() {
-        Some(solid) => Arc::new(Solid(solid.geometry().clone())),
+        Some(solid) => solid.geometry().clone(),
         None if p.shape.dimension() == 2 => Arc::new(Disc { radius }),
         None => Arc::new(Sphere { radius }),
     };

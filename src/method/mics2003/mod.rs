@@ -27,7 +27,7 @@ use crate::clock::Stage;
 use crate::contact::Contacts;
 use crate::domain::Domain;
 use crate::drive::Drive;
-use crate::geometry::{Overlap, Tiles, fraction};
+use crate::geometry::{Overlap, fraction};
 use crate::grid::{Coefficient, Grid};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
@@ -48,7 +48,7 @@ pub struct Mics2003<const D: usize> {
     /// Per body, the cells of this rank that it touches.
     overlaps: Vec<Vec<Overlap>>,
     /// Scratch of what a body fills.
-    tiles: Tiles,
+    planes: [Vec<f64>; 3],
     /// Per overlap, what the mixing adds to the velocity (m/s): found for all before any is added.
     kicks: Vec<Vec<Vector3<f64>>>,
     departures: Vec<motion::Departure>,
@@ -177,7 +177,7 @@ impl<const D: usize> Mics2003<D> {
         Mics2003 {
             flow,
             contacts,
-            tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
+            planes: std::array::from_fn(|_| Vec::new()),
             overlaps: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
             kicks: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
             departures: vec![motion::Departure::default(); bodies.len()],
@@ -196,10 +196,8 @@ impl<const D: usize> Mics2003<D> {
         self.find_reach(domain, &s.bodies);
         let bodies = s.bodies.iter().zip(&mut self.overlaps);
         for (body, overlaps) in bodies.filter(|(body, _)| wanted(body)) {
-            // The paper's polygons are those of discs.
-            let disc = D == 2 && body.shape().is_round();
-            let rule = if disc { fraction::Rule::Polygon } else { fraction::Rule::Exact };
-            fraction::overlaps(&domain.grid, &body.placed(), rule, &mut self.tiles, overlaps);
+            let rule = fraction::Rule::Polygon;
+            fraction::overlaps(&domain.grid, &body.placed(), rule, &mut self.planes, overlaps);
         }
     }
 

@@ -42,7 +42,7 @@ impl<const D: usize> CutBodies<D> {
             let boundary = if side == 0 { 0.0 } else { size[axis] };
             let reach = gap::reach(false) * self.h;
             for body in bodies {
-                let bounds = body.shape().bounds(&body.orientation());
+                let bounds = body.reach();
                 if (body.centre[axis] - boundary).abs() < bounds[axis] + reach {
                     self.straighten_under(domain, body, &bounds, axis, side);
                 }
@@ -92,7 +92,7 @@ impl<const D: usize> CutBodies<D> {
                 apart[axis] -= boundary;
                 apart[first] -= x;
                 apart[second] -= y;
-                if let Some(width) = body.shape().meets(&body.orientation(), &apart, &inwards) {
+                if let Some(width) = body.placed().turned().meets(&apart, &inwards) {
                     boundaries.straighten(
                         axis,
                         side,

@@ -13,7 +13,6 @@ use super::shared::SharedCells;
 use super::stencil::Cubic;
 use super::values::Flow;
 use crate::domain::Domain;
-use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
@@ -48,8 +47,8 @@ pub struct CutBodies<const D: usize> {
     friction: f64,
     /// Cells to which several bodies are equally near, and that they set.
     shared: SharedCells,
-    /// Scratch of what a body fills, and by axis of the arms to the faces that it covers (m).
-    tiles: Tiles,
+    /// Scratch of the lattice about a body, and by axis of the arms to the faces that it covers (m).
+    planes: [Vec<f64>; 3],
     arms: [Vec<Vector3<f64>>; D],
     /// Solid fraction of each face of an axis while apertures are set; zero otherwise.
     pub(super) total: Vec<f64>,
@@ -98,7 +97,7 @@ impl<const D: usize> CutBodies<D> {
             beside: Vec::with_capacity(16),
             friction: 0.0,
             shared: SharedCells::with_capacity(shared),
-            tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
+            planes: std::array::from_fn(|_| Vec::new()),
             arms: std::array::from_fn(|_| Vec::with_capacity(most)),
             total: grid.field(),
             shared_faces: Vec::with_capacity(faces / 4),
@@ -171,7 +170,7 @@ impl<const D: usize> CutBodies<D> {
             self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
             self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
             let orientation = bodies[k].orientation();
-            let reached = bodies[k].shape().bounds(&orientation).add_scalar(1.001 * reach);
+            let reached = bodies[k].reach().add_scalar(1.001 * reach);
             let around = Surroundings {
                 grid,
                 boundaries,
@@ -189,7 +188,7 @@ impl<const D: usize> CutBodies<D> {
                 parabola,
                 slope,
             };
-            cut.rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
+            cut.rebuild(&around, k, &self.before[k], &mut self.planes, &mut self.arms);
         }
         self.friction = friction;
         self.shared.share(self.bodies.as_mut_slice());
@@ -205,7 +204,7 @@ impl<const D: usize> CutBodies<D> {
             let body = &bodies[k];
             let before = &before[k];
             let shape = body.shape();
-            let bounds = shape.bounds(&body.orientation()).sup(&shape.bounds(&before.orientation));
+            let bounds = body.reach().sup(&shape.turned(&before.orientation).bounds());
             bounds.add_scalar(before.way.norm().max(tight) + BEYOND * *h)
         });
         self.bodies.keep(&domain.grid, self.reach.here());

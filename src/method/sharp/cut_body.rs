@@ -10,8 +10,8 @@ use super::seen::{Before, Feet, Kept, KeptFace};
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Reading, Stencils};
 use crate::geometry::{
-    Block, Cut, Cuts, FaceCentroids, Overlap, Placed, Shape, SurfacePoint, Tiles, aperture,
-    fraction, images,
+    Block, Cut, Cuts, FaceCentroids, Overlap, Placed, Shape, SurfacePoint, aperture, fraction,
+    images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
@@ -244,23 +244,22 @@ impl<const D: usize> CutBody<D> {
         }
     }
 
-    /// Finds the faces and cells of the body `k`, as it lies now and lay `before`; in `tiles` and
+    /// Finds the faces and cells of the body `k`, as it lies now and lay `before`; in `planes` and
     /// `arms` is scratch.
     pub fn rebuild(
         &mut self,
         around: &Surroundings<D>,
         k: usize,
         before: &Before,
-        tiles: &mut Tiles,
+        planes: &mut [Vec<f64>; 3],
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
         let grid = around.grid;
         let body = &around.bodies[k];
-        let orientation = &around.orientation;
         let shape = body.shape();
         self.has_neighbours = around.has_neighbours(k);
         let tight = if self.has_neighbours { gap::UNRESOLVED * around.h } else { 0.0 };
-        let bounds = shape.bounds(orientation).sup(&shape.bounds(&before.orientation));
+        let bounds = body.reach().sup(&shape.turned(&before.orientation).bounds());
         let reached = bounds.add_scalar(before.way.norm().max(tight)).add_scalar(BEYOND * around.h);
         if images(grid, body.shape(), &body.centre)
             .all(|image| Block::owned(grid, &image, &reached).ends().is_none())
@@ -274,7 +273,7 @@ impl<const D: usize> CutBody<D> {
         if self.quadrature_points.is_empty() {
             self.quadrature_points = shape.surface(around.h).into();
         }
-        self.find_covered(around, k, &bounds, tiles, arms);
+        self.find_covered(around, k, &bounds, planes, arms);
         self.clear();
         self.stencils.begin(grid, &body.centre);
         self.find_cells(around, k, before, &bounds, tight);
@@ -307,7 +306,7 @@ impl<const D: usize> CutBody<D> {
         around: &Surroundings<D>,
         k: usize,
         bounds: &Vector3<f64>,
-        tiles: &mut Tiles,
+        planes: &mut [Vec<f64>; 3],
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
         let grid = around.grid;
@@ -317,8 +316,8 @@ impl<const D: usize> CutBody<D> {
             self.restore_faces();
             return;
         }
-        let (shape, placed) =
-            (body.shape(), Placed { shape: body.shape(), centre: body.centre, orientation });
+        let shape = body.shape();
+        let placed = Placed { shape, centre: body.centre, orientation };
         let mut points = self.quadrature_points.windows(2);
         self.flat = points.any(|two| two[0].normal == two[1].normal);
         // A face along an axis has a cell on either side.
@@ -328,18 +327,18 @@ impl<const D: usize> CutBody<D> {
         for (axis, cuts) in self.cuts.iter_mut().enumerate() {
             if shape.is_obstacle() {
                 let sides = &mut self.at_sides[axis];
-                aperture::cuts_at_sides(grid, axis, &placed, tiles, sides, &mut arms[axis]);
+                aperture::cuts_at_sides(grid, axis, &placed, planes, sides, &mut arms[axis]);
             }
-            aperture::cuts(grid, axis, &placed, tiles, cuts, &mut arms[axis]);
+            aperture::cuts(grid, axis, &placed, planes, cuts, &mut arms[axis]);
         }
         self.find_owners(grid, shape, arms);
-        fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
+        fraction::overlaps(grid, &placed, fraction::Rule::Exact, planes, &mut self.solid);
         self.kept = Kept::of(body);
         if let Some(kept) = &mut self.kept {
             for ((kept, cuts), arms) in kept.faces.iter_mut().zip(&self.cuts).zip(arms) {
                 kept.extend(cuts.iter().zip(arms).map(|(cut, arm)| {
                     let Cut { solid_fraction, .. } = *cut;
-                    let distance = || around.distance(shape, &orientation, arm);
+                    let distance = || around.distance(&orientation, arm);
                     let distance = if solid_fraction < 1.0 { distance() } else { 0.0 };
                     KeptFace { solid_fraction, arm: *arm, distance }
                 }));
@@ -374,7 +373,6 @@ impl<const D: usize> CutBody<D> {
 
     /// Finds the faces in gaps that the grid does not resolve, by the arms to their centres (m).
     fn find_gaps(&mut self, around: &Surroundings<D>, k: usize, arms: &[Vec<Vector3<f64>>; D]) {
-        let shape = around.bodies[k].shape();
         let kept = self.kept.as_ref();
         for (axis, gaps) in self.gaps.iter_mut().enumerate() {
             let cuts = self.cuts[axis].iter().enumerate();
@@ -382,7 +380,7 @@ impl<const D: usize> CutBody<D> {
                 let (arm, own) = kept.map_or_else(
                     || {
                         let arm = &arms[axis][n];
-                        (arm, around.distance(shape, &around.orientation, arm))
+                        (arm, around.distance(&around.orientation, arm))
                     },
                     |kept| (&kept.faces[axis][n].arm, kept.faces[axis][n].distance),
                 );
@@ -412,7 +410,7 @@ impl<const D: usize> CutBody<D> {
         self.areas.clear();
         let grid = around.grid;
         let body = &around.bodies[k];
-        let bounds = body.shape().bounds(&around.orientation);
+        let bounds = body.reach();
         let inside = Block::is_inside(grid, &body.centre, &bounds)
             .then(|| self.stencils.image(grid, body.centre));
         let mut kept = self.kept.take();

@@ -107,8 +107,7 @@ impl<const D: usize> CutBody<D> {
                 let touched = self.solid.get(touched_cells).filter(|solid| own(solid));
                 let touched = touched.map(|solid| solid.arm);
                 touched_cells += usize::from(touched.is_some());
-                let shape = body.shape();
-                let sight = reach.sight(around, shape, before, &arm, touched.is_some(), &mut known);
+                let sight = reach.sight(around, before, &arm, touched.is_some(), &mut known);
                 if let Some(sight) = sight {
                     let cell = cell as u32;
                     found(self, SeenCell { image, arm, touched, sight, cell, feet: [0; 2] });

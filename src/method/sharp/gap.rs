@@ -18,7 +18,7 @@
 use super::neighbour::Neighbour;
 use super::normal::{Ahead, Foot, Normal};
 use super::profile::Parabola;
-use crate::geometry::{Nearest, Orientation, Shape};
+use crate::geometry::{Nearest, Orientation, Shape, Turned};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::{BLENDING_WIDTH, IMAGE_POINT};
 use crate::particles::Body;
@@ -151,31 +151,34 @@ pub struct Gap {
 }
 
 impl<const D: usize> Surroundings<'_, D> {
+    /// The shape of the body that is built.
+    pub fn shape(&self) -> &dyn Shape {
+        self.bodies[self.body].shape()
+    }
+
     /// The signed distance (m) of the point at `arm` (m) from the surface of the body that is
-    /// built, of this shape and turned like this.
+    /// built, turned like this.
     #[inline]
-    pub fn distance(
-        &self,
-        shape: &dyn Shape,
-        orientation: &Orientation,
-        arm: &Vector3<f64>,
-    ) -> f64 {
-        self.round.map_or_else(|| shape.distance(orientation, arm), |radius| arm.norm() - radius)
+    pub fn distance(&self, orientation: &Orientation, arm: &Vector3<f64>) -> f64 {
+        self.round.map_or_else(
+            || self.shape().turned(orientation).distance(arm),
+            |radius| arm.norm() - radius,
+        )
     }
 
     /// That distance, and the outward normal there of a body that is not round.
     #[inline]
-    pub fn nearest(
-        &self,
-        shape: &dyn Shape,
-        orientation: &Orientation,
-        arm: &Vector3<f64>,
-    ) -> (f64, Option<Vector3<f64>>) {
+    pub fn nearest(&self, arm: &Vector3<f64>) -> (f64, Option<Vector3<f64>>) {
         if let Some(radius) = self.round {
             return (arm.norm() - radius, None);
         }
-        let (distance, normal) = shape.nearest(orientation, arm);
+        let Nearest { distance, normal } = self.turned().nearest(arm);
         (distance, Some(normal))
+    }
+
+    /// The shape of the body that is built as it is turned.
+    pub fn turned(&self) -> Turned<'_> {
+        self.shape().turned(&self.orientation)
     }
 
     /// The second image point along a normal, and how far out that is (m).
@@ -186,15 +189,14 @@ impl<const D: usize> Surroundings<'_, D> {
 
     /// What the body that is built has of itself along a normal; of a corner only with `corners`.
     pub fn ahead(&self, normal: &Normal, corners: bool) -> Ahead {
-        let shape = self.bodies[self.body].shape();
         if self.round.is_some() {
             return Ahead::NOTHING;
         }
         // Across a concave seam lies the body itself.
-        let itself = shape.meets_itself(&self.orientation, &normal.foot, &normal.n);
+        let itself = self.turned().meets_itself(&normal.foot, &normal.n);
         let mut corner = f64::INFINITY;
-        if corners && shape.is_obstacle() {
-            corner = self.distance(shape, &self.orientation, &self.second_point(normal).0);
+        if corners && self.shape().is_obstacle() {
+            corner = self.turned().distance(&self.second_point(normal).0);
         }
         Ahead { itself: itself.unwrap_or(f64::INFINITY), corner }
     }
@@ -205,7 +207,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// cell close to two walls of a corner between obstacles would have twice the imaginary part of
     /// an eigenvalue that one wall gives it, which Legendre stages do not bear.
     pub fn clear_of_corners(&self, normal: &Normal, width: f64) -> f64 {
-        let own = self.bodies[self.body].shape();
+        let own = self.shape();
         let (point, out) = self.second_point(normal);
         let mut least = out.min(normal.ahead.corner);
         for near in self.near.iter().filter(|near| !near.is_beyond(&point, out)) {
@@ -312,7 +314,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// Whether another body or a wall is so near that the grid does not resolve the gap.
     pub fn has_neighbours(&self, k: usize) -> bool {
         let body = &self.bodies[k];
-        let bounds = body.shape().bounds(&self.orientation);
+        let bounds = body.reach();
         let within = |a: usize, side: usize| {
             let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
             matches!(self.boundaries.kinds[a][side], Some(BoundaryKind::Velocity(_)))

@@ -9,7 +9,7 @@ use crate::config::raw::shape::outline::{self, Flaw};
 use crate::config::raw::source::{Source, factor, named, one_of};
 use crate::config::raw::{Case, Motion, Particle, Prescribed};
 use crate::words::{brief, rounded};
-use mics_shapes::{Geometry, Room, stl};
+use mics_shapes::{Room, Shape, stl};
 use nalgebra::Vector3;
 use std::collections::HashSet;
 use std::path::Path;

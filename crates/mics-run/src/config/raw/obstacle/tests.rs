@@ -2,7 +2,7 @@
 
 use crate::config::raw::shape::tests::{loaded, refusal, text};
 use crate::config::{Case, Motion, Wall, written};
-use mics_shapes::Geometry;
+use mics_shapes::Shape;
 
 const CUBE: &str = "points = [[0.05, 0.05, 0.05], [0.15, 0.05, 0.05], [0.15, 0.15, 0.05], \
     [0.05, 0.15, 0.05], [0.05, 0.05, 0.15], [0.15, 0.05, 0.15], [0.15, 0.15, 0.15], \

@@ -2,7 +2,7 @@
 
 use super::{Outlines, Surface};
 use crate::config::raw::shape::outline::nested;
-use mics_shapes::{Fault, Geometry, Nearest, Obstacle as Solid, Room, stl};
+use mics_shapes::{Fault, Nearest, Obstacle as Solid, Room, Shape, stl};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::sync::Arc;

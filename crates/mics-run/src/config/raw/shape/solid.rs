@@ -10,7 +10,7 @@
 //! ```
 
 use super::{Clump, Typed};
-use mics_shapes::{Geometry, Scaled};
+use mics_shapes::{Scaled, Shape as Geometry};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
