@@ -10,6 +10,7 @@ use crate::method::Method;
 use crate::method::flow::Flow;
 use crate::method::mics2003::Mics2003;
 use crate::method::momentum::{Advection, Mixture, Momentum};
+use crate::method::prediction::Prediction;
 use crate::method::sharp::{Sharp, ghost_width};
 use crate::numerics::PRESSURE_WEIGHT;
 use crate::particles::{Body, Freedom, Motion, Oscillation};
@@ -163,13 +164,14 @@ pub(super) fn method<const D: usize>(
             Advection::Qsi { from: grid.vector_field(), to: grid.vector_field() }
         }
     };
-    let momentum = Momentum::new(grid, scheme(case), advection, &mixture);
+    let momentum = Momentum::new(grid, advection, &mixture);
+    let prediction = Prediction::new(grid, scheme(case), momentum);
     // Where all bodies have left, walls are as sharp as before.
     let mixing = case.coupling.wall == config::WallRule::Mixing;
     if bodies.is_empty()
         && (case.particle.is_empty() || (mixing && case.particle.iter().all(|p| p.enter.is_none())))
     {
-        let mut flow = Flow::new(domain, mixture, momentum, mixing);
+        let mut flow = Flow::new(domain, mixture, prediction, mixing);
         flow.own = (!mixing).then_some(PRESSURE_WEIGHT);
         return Box::new(flow);
     }
@@ -177,8 +179,10 @@ pub(super) fn method<const D: usize>(
         || case.particle.iter().any(|p| p.enter.is_some());
     let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies, impact));
     match case.coupling.wall {
-        config::WallRule::Sharp => Box::new(Sharp::new(domain, bodies, mixture, momentum, law)),
-        config::WallRule::Mixing => Box::new(Mics2003::new(domain, bodies, mixture, momentum, law)),
+        config::WallRule::Sharp => Box::new(Sharp::new(domain, bodies, mixture, prediction, law)),
+        config::WallRule::Mixing => {
+            Box::new(Mics2003::new(domain, bodies, mixture, prediction, law))
+        }
     }
 }
 

@@ -19,8 +19,9 @@ mod impose;
 mod motion;
 mod properties;
 
-use super::flow::Flow;
-use super::momentum::{Mixture, Momentum};
+use super::flow::{Flow, NoBodies};
+use super::momentum::{Hears, Mixture};
+use super::prediction::{Prediction, Walls, Within};
 use super::{Kind, Method};
 use crate::Result;
 use crate::clock::Stage;
@@ -28,7 +29,7 @@ use crate::contact::Contacts;
 use crate::domain::Domain;
 use crate::drive::Drive;
 use crate::geometry::{Overlap, fraction};
-use crate::grid::{Coefficient, Grid};
+use crate::grid::{Coefficient, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::particles::{Accelerations, Body, nearest_image};
@@ -61,6 +62,30 @@ pub struct Mics2003<const D: usize> {
     /// Which bodies reach which ranks, and where they lay when that was found last.
     reach: Reach,
     places: Vec<Vector3<f64>>,
+}
+
+/// The sides of the box, and what the terms of (7) are told to.
+struct Heard<'a, const D: usize> {
+    hears: Hears<'a, D>,
+}
+
+impl<const D: usize> Walls<D> for Heard<'_, D> {
+    const PRESSURE: f64 = <NoBodies as Walls<D>>::PRESSURE;
+
+    fn finish(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &State<D>,
+        within: Within,
+        dt: f64,
+        u: &mut VectorField<D>,
+    ) -> Result<()> {
+        NoBodies.finish(domain, s, within, dt, u)
+    }
+
+    fn hears(&mut self) -> Option<Hears<'_, D>> {
+        Some(&mut *self.hears)
+    }
 }
 
 impl<const D: usize> Method<D> for Mics2003<D> {
@@ -125,7 +150,7 @@ impl<const D: usize> Method<D> for Mics2003<D> {
     }
 
     fn scheme(&self) -> Scheme {
-        self.flow.momentum.scheme
+        self.flow.scheme()
     }
 
     fn place(&mut self, domain: &Domain<D>, s: &State<D>) {
@@ -164,7 +189,7 @@ impl<const D: usize> Mics2003<D> {
         domain: &Domain<D>,
         bodies: &[Body],
         mixture: Mixture,
-        momentum: Momentum<D>,
+        prediction: Prediction<D>,
         contacts: Option<Contacts>,
     ) -> Mics2003<D> {
         let grid = &domain.grid;
@@ -172,7 +197,7 @@ impl<const D: usize> Mics2003<D> {
         let alone = grid.local == grid.cells;
         let room = |b: &Body| if alone { fraction::most_cells(grid, b.radius()) } else { 0 };
         let room: Vec<usize> = bodies.iter().map(room).collect();
-        let mut flow = Flow::new(domain, mixture, momentum, true);
+        let mut flow = Flow::new(domain, mixture, prediction, true);
         flow.solid = matches!(domain.drive, Some(Drive::Fluid(_))).then(|| grid.field());
         Mics2003 {
             flow,
@@ -240,7 +265,8 @@ impl<const D: usize> Mics2003<D> {
         let mut exchanged = |grid: &Grid<D>, term, sign, rate: &_| {
             force::add_force(grid, &bodies, overlaps, (term, sign, rate), &mut exchange);
         };
-        let predicted = self.flow.predict_cells(domain, s, dt, Some(&mut exchanged));
+        let mut walls = Heard { hears: &mut exchanged };
+        let predicted = self.flow.predict_cells(domain, s, dt, &mut walls);
         s.bodies = bodies;
         s.exchange = exchange;
         predicted

@@ -258,7 +258,7 @@ impl<const D: usize> Sharp<D> {
             let (inside, swirl) = momentum.whole(domain.fluid.density, body);
             let before = std::mem::replace(&mut histories[k].inside, (inside, swirl));
             // Momentum that advection loses by itself is nobody's force.
-            let lost = if self.momentum.keeps_momentum() {
+            let lost = if self.prediction.keeps_momentum() {
                 (inside - before.0 - given) / dt - domain.unfelt(&s.drive, body.volume())
             } else {
                 motion.pressure + motion.shear.0

@@ -1,8 +1,8 @@
 //! The solids that shapes are, by the constructors of `mics-shapes`.
 
 use super::{Ball, Clump, Polygon, Polyhedron, Superquadric, Typed};
-use mics_shapes::{Fault, Shape as Geometry};
 use mics_shapes::stl::{self, Surface};
+use mics_shapes::{Fault, Shape as Geometry};
 use nalgebra::Vector3;
 use std::collections::HashSet;
 use std::path::Path;
