@@ -54,11 +54,7 @@ pub struct Mics2003<const D: usize> {
     kicks: Vec<Vec<Vector3<f64>>>,
     departures: Vec<motion::Departure>,
     accelerations: Vec<Accelerations>,
-    /// What ranks sum of each body.
-    pushes: BodySums<motion::Push>,
-    pressures: BodySums<impose::MeanPressure>,
-    exchanged: BodySums<Exchange>,
-    messages: Messages,
+    sums: Sums,
     /// Which bodies reach which ranks, and where they lay when that was found last.
     reach: Reach,
     places: Vec<Vector3<f64>>,
@@ -86,6 +82,14 @@ impl<const D: usize> Walls<D> for Heard<'_, D> {
     fn hears(&mut self) -> Option<Hears<'_, D>> {
         Some(&mut *self.hears)
     }
+}
+
+/// What ranks sum of each body.
+struct Sums {
+    pushes: BodySums<motion::Push>,
+    pressures: BodySums<impose::MeanPressure>,
+    exchanged: BodySums<Exchange>,
+    messages: Messages,
 }
 
 impl<const D: usize> Method<D> for Mics2003<D> {
@@ -207,10 +211,12 @@ impl<const D: usize> Mics2003<D> {
             kicks: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
             departures: vec![motion::Departure::default(); bodies.len()],
             accelerations: vec![Accelerations::default(); bodies.len()],
-            pushes: BodySums::with_capacity(bodies.len()),
-            pressures: BodySums::with_capacity(bodies.len()),
-            exchanged: BodySums::with_capacity(bodies.len()),
-            messages: Messages::default(),
+            sums: Sums {
+                pushes: BodySums::with_capacity(bodies.len()),
+                pressures: BodySums::with_capacity(bodies.len()),
+                exchanged: BodySums::with_capacity(bodies.len()),
+                messages: Messages::default(),
+            },
             reach: Reach::new(domain.session.rank(), domain.session.size(), bodies.len()),
             places: bodies.iter().map(|b| b.centre).collect(),
         }

@@ -19,7 +19,9 @@ impl<const D: usize> CutBodies<D> {
     /// Says which parts of the boundaries obstacles cover.
     pub(super) fn cover_boundaries(&self, domain: &mut Domain<D>) {
         domain.boundaries.uncover();
-        for (axis, cuts) in self.bodies.iter().flat_map(|body| body.at_sides.iter().enumerate()) {
+        for (axis, cuts) in
+            self.bodies.iter().flat_map(|body| body.faces.at_sides.iter().enumerate())
+        {
             for cut in cuts.iter() {
                 let face = cut.face as usize;
                 domain.boundaries.cover(&domain.grid, axis, face, cut.solid_fraction);
@@ -81,7 +83,7 @@ impl<const D: usize> CutBodies<D> {
                 .filter(move |(_, x)| over(*x))
         };
         let shifts = |a: usize| {
-            let period = if a < D { self.periods[a] } else { None };
+            let period = if a < D && grid.periodic[a] { Some(grid.size[a]) } else { None };
             [Some(0.0), period, period.map(|period| -period)].into_iter().flatten()
         };
         let [first, second] = others;

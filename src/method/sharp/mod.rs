@@ -281,7 +281,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn covered_faces(&self, k: usize, axis: usize) -> Option<&[Cut]> {
-        (k < self.cut.bodies.count()).then(|| self.cut.bodies[k].cuts[axis].iter().as_slice())
+        (k < self.cut.bodies.count()).then(|| self.cut.bodies[k].faces.cuts[axis].iter().as_slice())
     }
 
     fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
@@ -380,7 +380,7 @@ impl<const D: usize> Sharp<D> {
             let Some(freedom) = body.freedom() else { continue };
             history.accelerations.acceleration = begins(k, body);
             history.accelerations.angular =
-                body.inertia().inverse_mass(&forces.shear_torque, &freedom);
+                body.inertia().inverse_mass(&forces.shear.torque, &freedom);
         }
         self.take_inside(domain, s, new)
     }

@@ -91,7 +91,8 @@ impl SeenCell {
         let body = &around.bodies[k];
         let outside = s > 0.0 && !cleared;
         near.clear();
-        if reach.sets(&self.sight) && (outside || s > -body.radius().min(PROFILE_DEPTH * around.h))
+        if reach.sets(&self.sight)
+            && (outside || s > -body.radius().min(PROFILE_DEPTH * around.profiles.h))
         {
             if !outside && around.round.is_none() {
                 let within = around.beside_nearest(s) - s;
@@ -156,7 +157,7 @@ impl Reach {
         if !touched && around.round.is_none() && known.planes.clears(&body, arm, &point, far) {
             return None;
         }
-        let deep = -PROFILE_DEPTH * around.h;
+        let deep = -PROFILE_DEPTH * around.profiles.h;
         let near = known.near(arm).filter(|near| *near < deep).or_else(|| {
             let near = body.clearance(arm)?;
             known.deep = (near < deep).then_some((*arm, near)).or(known.deep);

@@ -96,7 +96,7 @@ impl<const D: usize> Sharp<D> {
                 }
                 self.cut.set_ghost_cells(domain, &s.bodies, true, None, stage);
                 for (body, motion) in s.bodies.iter_mut().zip(&self.motions) {
-                    body.velocity = motion.expected.0;
+                    body.velocity = motion.expected.velocity;
                 }
             }
             // Faces have yet to see what ghost cells changed after the projection.

@@ -53,16 +53,24 @@ pub struct Obstacle {
     faces: Mesh,
     /// Its own surface.
     own: Arc<Surface>,
-    /// What the fluid meets, its own surface or a union, and its number there.
-    surface: Arc<Surface>,
-    number: u32,
+    /// What the fluid meets.
+    met: Met,
+    /// Width of its thinnest part there (m).
     thickness: f64,
     /// Volume within the domain (m3; m2 in 2D) and its first moment about the own origin, without
     /// regard to others.
     filled: (f64, Vector3<f64>),
-    /// The part of that volume which belongs to it (m3; m2 in 2D).
+}
+
+/// The solid that the fluid meets: the obstacle itself, or its union with others.
+#[derive(Clone)]
+struct Met {
+    surface: Arc<Surface>,
+    /// The obstacle's number among those of the union.
+    number: u32,
+    /// The part of the volume within the domain that belongs to the obstacle (m3; m2 in 2D).
     share: f64,
-    /// How far beyond its bounds places may belong to it (m).
+    /// How far beyond the obstacle's bounds places may belong to it (m).
     margin: f64,
 }
 
@@ -151,11 +159,8 @@ impl Obstacle {
             walls: walls.into(),
             thickness: surface.thickness(0),
             own: surface.clone(),
-            surface,
-            number: 0,
+            met: Met { surface, number: 0, share: 0.0, margin: 0.0 },
             filled: (0.0, Vector3::zeros()),
-            share: 0.0,
-            margin: 0.0,
         };
         let half = |a: usize| if a < dimension { 0.5 * room.size[a] } else { 0.0 };
         obstacle.place(&Vector3::from_fn(|a, _| half(a)));
@@ -170,7 +175,7 @@ impl Obstacle {
         self.faces = Mesh::new(self.dimension, moved, self.room.size.amax());
         let (volume, first) = within(&self.own, self.dimension, &self.room);
         self.filled = (volume, first - volume * origin);
-        self.share = volume;
+        self.met.share = volume;
     }
 
     /// The same with its own origin at another place of the domain (m); along periodic axes that
@@ -211,17 +216,17 @@ impl Obstacle {
                 let surface = Arc::new(merged(dimension, &given, &room)?.0);
                 let volume = within(&surface, dimension, &room).0;
                 // Of what several enclose the first has all.
-                all[group[number]].share = volume - below;
+                all[group[number]].met.share = volume - below;
                 below = volume;
                 for k in &group[..=number] {
-                    all[*k].surface = surface.clone();
+                    all[*k].met.surface = surface.clone();
                 }
             }
             for (number, k) in (0..).zip(group) {
                 let obstacle = &mut *all[*k];
-                obstacle.number = number;
-                obstacle.thickness = obstacle.surface.thickness(number);
-                obstacle.margin = spacing;
+                obstacle.met.number = number;
+                obstacle.thickness = obstacle.met.surface.thickness(number);
+                obstacle.met.margin = spacing;
             }
         }
         Ok(())
@@ -290,22 +295,22 @@ impl Obstacle {
 
     /// Whether the fluid meets it and another one as one solid.
     pub fn is_one_with(&self, other: &Obstacle) -> bool {
-        Arc::ptr_eq(&self.surface, &other.surface)
+        Arc::ptr_eq(&self.met.surface, &other.met.surface)
     }
 
     /// Its number among those that are one solid with it.
     pub fn number(&self) -> u32 {
-        self.number
+        self.met.number
     }
 
     /// The number of that one of them which a point from its own origin (m) belongs to.
     pub fn owner(&self, point: &Vector3<f64>) -> u32 {
-        self.surface.owner(&(point + self.origin))
+        self.met.surface.owner(&(point + self.origin))
     }
 
     /// Whether there are others that are one solid with it.
     pub fn is_joined(&self) -> bool {
-        self.margin > 0.0
+        self.met.margin > 0.0
     }
 }
 
@@ -357,7 +362,7 @@ impl Shape for Obstacle {
 
     /// Of what lies within the domain and belongs to it.
     fn volume(&self) -> f64 {
-        self.share
+        self.met.share
     }
 
     /// An obstacle does not respond to forces: as of a ball that holds it.
@@ -370,20 +375,20 @@ impl Shape for Obstacle {
     }
 
     fn nearest(&self, point: &Vector3<f64>) -> Nearest {
-        self.surface.nearest(&(point + self.origin))
+        self.met.surface.nearest(&(point + self.origin))
     }
 
     fn feet(&self, point: &Vector3<f64>, within: f64, feet: &mut Vec<Nearest>) {
-        self.surface.feet(&(point + self.origin), within, feet);
+        self.met.surface.feet(&(point + self.origin), within, feet);
     }
 
     fn owns(&self, point: &Vector3<f64>) -> bool {
-        self.owner(point) == self.number
+        self.owner(point) == self.met.number
     }
 
     fn surface(&self, spacing: f64) -> Vec<SurfacePoint> {
         let mut all = Vec::new();
-        let own = self.surface.walls().iter().filter(|(_, number)| *number == self.number);
+        let own = self.met.surface.walls().iter().filter(|(_, number)| *number == self.met.number);
         for (face, _) in own {
             let normal = surface::normal(self.dimension, face);
             let [from, to, _] = face;
@@ -412,13 +417,13 @@ impl Shape for Obstacle {
     fn extent(&self, n: &Vector3<f64>) -> f64 {
         let [low, high] = self.bounds.map(|end| end - self.origin);
         let reach = n.zip_zip_map(&low, &high, |n, low, high| (n * low).max(n * high)).sum();
-        reach + self.margin
+        reach + self.met.margin
     }
 
     fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
         let at = |x: &Vector3<f64>| lattice.place(&(x - self.origin));
         walls::within(lattice, &self.room, &self.origin, |planes| {
-            self.surface.tile(at, planes, &mut |tile| {
+            self.met.surface.tile(at, planes, &mut |tile| {
                 if !self.is_joined() || self.owns(&lattice.own_box(tile.at).0) {
                     found(&walls::beyond(tile, lattice.planes, planes));
                 }
@@ -430,7 +435,7 @@ impl Shape for Obstacle {
         // From a little above, so that it does not meet the wall that it stands on.
         let above = 1e-9 * self.radius;
         let from = foot + self.origin + above * normal;
-        self.surface.meets(&from, normal, 2.0 * self.radius).map(|way| way + above)
+        self.met.surface.meets(&from, normal, 2.0 * self.radius).map(|way| way + above)
     }
 
     fn obstacle(&self) -> Option<&Obstacle> {
