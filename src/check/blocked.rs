@@ -11,7 +11,7 @@
 //! ```
 
 use crate::Result;
-use crate::config::{Case, Drive, Loaded, Side};
+use crate::config::{AXES, Case, Drive, Loaded, Side};
 use crate::grid::Grid;
 use crate::particles::{Body, Motion, nearest_image};
 use crate::scene::Scene;
@@ -73,7 +73,7 @@ fn find_shut<const D: usize>(
     let entered = sides.iter().filter(|(_, _, _, flux)| *flux > 0.0);
     let mut ways: Vec<(Way, String)> = driven_axes(case)
         .into_iter()
-        .map(|a| (Way::Along(a), format!("along {}", ["x", "y", "z"][a])))
+        .map(|a| (Way::Along(a), format!("along {}", AXES[a])))
         .collect();
     ways.extend(
         entered.map(|(n, name, ..)| (Way::From(*n), format!("between {name} and the outflow"))),

@@ -34,7 +34,7 @@ struct Channel {
 
 /// The narrowest channel beside an obstacle, where it has too few cells.
 pub fn narrow<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
-    let h = case.spacings().into_iter().fold(0.0, f64::max);
+    let h = case.widest_spacing();
     let bodies = &scene.state.bodies;
     let obstacles = || bodies.iter().enumerate().filter(|(_, body)| body.shape().is_obstacle());
     let found = obstacles().filter_map(|(k, body)| Channel::beside(case, bodies, k, body, h));

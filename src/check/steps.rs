@@ -85,7 +85,7 @@ fn long_beside_wall<const D: usize>(
     scene: &Scene<D>,
     limits: &Limits,
 ) -> Option<String> {
-    let h = case.spacings().into_iter().fold(0.0, f64::max);
+    let h = case.widest_spacing();
     let fastest = case.particle.iter().map(|p| fall_speed(case, p)).fold(0.0, f64::max);
     let dt = step_at(case, limits, fastest / 3.0);
     let stages = limits.scheme.stages_for(dt * limits.diffusion_rate);

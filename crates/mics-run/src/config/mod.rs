@@ -17,6 +17,7 @@ mod change;
 mod describe;
 mod document;
 mod message;
+mod names;
 pub mod raw;
 mod read;
 mod reference;
@@ -39,7 +40,9 @@ pub use reference::{reference, schema};
 /// The material of particles that name none.
 pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;
 
-pub use fault::{Check, Fault};
+pub use describe::Line;
+pub use fault::{AXES, Check, Fault};
 pub use message::suggest;
 pub use read::Text;
 pub use read::written;
+pub use speeds::Stream;

@@ -147,6 +147,11 @@ impl Case {
         self.domain.size.iter().zip(&self.domain.cells).map(|(l, n)| l / *n as f64).collect()
     }
 
+    /// The widest of these (m).
+    pub fn widest_spacing(&self) -> f64 {
+        self.spacings().into_iter().fold(0.0, f64::max)
+    }
+
     /// The length (m) of each axis whose sides are joined.
     fn periods(&self) -> Vec<Option<f64>> {
         let sizes = self.domain.size.iter().enumerate();
@@ -212,6 +217,18 @@ pub struct Fluid {
     /// Gravity (m/s2), a number for each axis; default none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gravity: Vec<f64>,
+}
+
+impl Fluid {
+    /// Kinematic viscosity (m2/s).
+    pub fn kinematic_viscosity(&self) -> f64 {
+        self.viscosity / self.density
+    }
+
+    /// Size of gravity (m/s2).
+    pub fn weight(&self) -> f64 {
+        length(&self.gravity)
+    }
 }
 
 /// The fluid at time 0.

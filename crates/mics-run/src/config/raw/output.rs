@@ -1,7 +1,7 @@
 //! What a run writes, and how often.
 
 use super::Case;
-use crate::config::fault::{Check, positive};
+use crate::config::fault::{AXES, Check, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -89,7 +89,7 @@ impl Section {
 impl fmt::Display for Section {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (axis, at) = self.place();
-        write!(f, "{}={at}", ["x", "y", "z"][axis])
+        write!(f, "{}={at}", AXES[axis])
     }
 }
 
@@ -100,8 +100,7 @@ impl FromStr for Section {
         let wrong =
             || format!("\"{text}\" is no plane: give an axis and a place on it in m, as in z=0.02");
         let (name, at) = text.split_once('=').ok_or_else(wrong)?;
-        let axis =
-            ["x", "y", "z"].iter().position(|axis| *axis == name.trim()).ok_or_else(wrong)?;
+        let axis = AXES.iter().position(|axis| *axis == name.trim()).ok_or_else(wrong)?;
         let at = at.trim().parse::<f64>().ok().filter(|at| at.is_finite()).ok_or_else(wrong)?;
         Ok(Section::across(axis, at))
     }

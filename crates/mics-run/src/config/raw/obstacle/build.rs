@@ -67,7 +67,7 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
         obstacle.motion.fill(case.domain.size.len());
         obstacle.become_wall(wall);
     }
-    let spacing = case.spacings().into_iter().fold(0.0, f64::max);
+    let spacing = case.widest_spacing();
     let at_rest = case.obstacle.iter_mut().filter(|o| o.motion == Motion::Fixed);
     Wall::unite(at_rest.filter_map(|o| o.wall.as_mut()), spacing)
         .map_err(|fault| Fault { key: "obstacle".to_owned(), message: fault.0 })?;
@@ -191,7 +191,7 @@ fn stands(case: &Case, wall: &Wall) -> Result<(), String> {
         return Err("has no volume within the domain".to_owned());
     }
     let [low, high] = wall.bounds();
-    let cells = (high - low).amax() / case.spacings().into_iter().fold(0.0, f64::max);
+    let cells = (high - low).amax() / case.widest_spacing();
     if cells < FEWEST_CELLS {
         let cells = brief(cells);
         return Err(format!("is {cells} cells long in the box, and {FEWEST_CELLS} are the least"));

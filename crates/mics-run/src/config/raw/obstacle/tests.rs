@@ -248,7 +248,7 @@ fn turning_obstacle_in_a_periodic_box_turns_about_its_centre_of_volume() {
     let found = case(2, paddle, &[]);
     let wall = found.obstacle[0].wall();
     assert!((wall.centre()[0] - 0.04).abs() < 1e-12 && (wall.centre()[1] - 0.1).abs() < 1e-12);
-    let said = &found.describe_obstacles()[0].1;
+    let said = &found.describe_bodies()[0].words;
     assert!(said.contains("turns about (0.04, 0.1) m"), "{said}");
     let [low, high] = wall.bounds();
     assert!((low.x - 0.03).abs() < 1e-12 && (high.x - 0.05).abs() < 1e-12, "{low} {high}");
@@ -299,5 +299,5 @@ fn motion_and_material_come_back() {
     let paddle = &case.obstacle[0];
     assert_eq!((paddle.name.as_deref(), paddle.material()), (Some("paddle"), "steel"));
     assert!(matches!(&paddle.motion, Motion::Prescribed(told) if told.about() == [0.0, 0.0, 2.0]));
-    assert!(case.describe_obstacles()[0].1.contains("outline of 4 corners"));
+    assert!(case.describe_bodies()[0].words.contains("outline of 4 corners"));
 }

@@ -311,17 +311,16 @@ fn shapes_are_said_in_words() {
     let swarm = "[[swarm]]\ncount = 6\nregion = { min = [0, 0, 0], max = [0.2, 0.2, 0.2] }\n\
         diameter = 0.02\nshape = { polyhedron = { file = \"stone.stl\" } }\n";
     let case = loaded(&text(3, swarm), &[("stone.stl", &stone())]).unwrap().case;
-    let words = case.describe_particles();
-    let (label, said) = &words[1];
-    assert_eq!(label, "shapes");
     assert_eq!(
-        said,
-        "6 polyhedra of 8 corners, equal-volume diameter 0.02 m, thinnest 0.0111769 m = 3.6 cells"
+        case.describe_bodies()[1].to_string(),
+        "shapes       6 polyhedra of 8 corners, equal-volume diameter 0.02 m, thinnest 0.0111769 m = 3.6 cells"
     );
     let one = loaded(&text(2, &body(2, "{ ellipse = { axes = [0.04, 0.02] } }", "")), &[]);
-    let words = one.unwrap().case.describe_particles();
+    let words = one.unwrap().case.describe_bodies();
     assert!(
-        words[0].1.starts_with("ellipse, up to 0.04 m across, thinnest 0.02 m = 6.4 cells, d ="),
+        words[0]
+            .words
+            .starts_with("ellipse, up to 0.04 m across, thinnest 0.02 m = 6.4 cells, d ="),
         "{words:?}"
     );
 }

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use super::*;
-use crate::config::describe::unnamed;
 use crate::config::fault::AXES;
+use crate::config::names::unnamed;
 use crate::config::raw::particle::printable;
 
 /// Puts indices in place of the names of particles in the measures, swarms turned into particles.
