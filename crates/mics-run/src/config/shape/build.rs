@@ -3,9 +3,9 @@
 use super::outline::{self, Flaw};
 use super::solid::Solid;
 use super::*;
+use crate::config::Case;
 use crate::config::fault::{Check, Fault, finite, not_negative, positive};
-use crate::config::raw::Case;
-use crate::config::raw::source::{Source, factor, named, one_of};
+use crate::config::source::{Source, factor, named, one_of};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -64,7 +64,7 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
 
 /// Refuses a solid of this length (m) that is far too large for the box, or far too small for its
 /// cells.
-pub(in crate::config::raw) fn sensible(case: &Case, length: f64, key: &str) -> Check {
+pub(in crate::config) fn sensible(case: &Case, length: f64, key: &str) -> Check {
     let box_length = case.domain.size.iter().copied().fold(0.0, f64::max);
     let spacings = case.domain.size.iter().zip(&case.domain.cells).map(|(l, n)| l / *n as f64);
     let widest = spacings.fold(0.0, f64::max);
@@ -194,8 +194,8 @@ impl Shapes {
         })
     }
 
-    fn polygon(&self, raw: Polygon, key: &str) -> Result<Polygon, Fault> {
-        let Polygon { points, file, scale, rounding, .. } = raw;
+    fn polygon(&self, given: Polygon, key: &str) -> Result<Polygon, Fault> {
+        let Polygon { points, file, scale, rounding, .. } = given;
         one_of(key, &[("points", points.is_some()), ("file", file.is_some())])?;
         let factor = factor(key, scale, file.is_some())?;
         not_negative(&format!("{key}.rounding"), rounding, "m")?;
@@ -226,8 +226,8 @@ impl Shapes {
         Ok(Polygon { points: Some(points), rounding, ..Polygon::default() })
     }
 
-    fn polyhedron(&mut self, raw: Polyhedron, key: &str) -> Result<Polyhedron, Fault> {
-        let Polyhedron { file, scale, points, rounding, .. } = raw;
+    fn polyhedron(&mut self, given: Polyhedron, key: &str) -> Result<Polyhedron, Fault> {
+        let Polyhedron { file, scale, points, rounding, .. } = given;
         one_of(key, &[("file", file.is_some()), ("points", points.is_some())])?;
         let factor = factor(key, scale, file.is_some())?;
         not_negative(&format!("{key}.rounding"), rounding, "m")?;
@@ -256,8 +256,8 @@ impl Shapes {
         Ok(Polyhedron { points: Some(points), rounding, ..Polyhedron::default() })
     }
 
-    fn clump(&self, raw: Clump, key: &str) -> Result<Clump, Fault> {
-        let Clump { discs, spheres, file, scale, .. } = raw;
+    fn clump(&self, given: Clump, key: &str) -> Result<Clump, Fault> {
+        let Clump { discs, spheres, file, scale, .. } = given;
         let (own, other) =
             if self.dimension == 2 { ("discs", "spheres") } else { ("spheres", "discs") };
         let [(own_balls, other_balls)] =

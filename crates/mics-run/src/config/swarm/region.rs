@@ -1,8 +1,8 @@
 //! A part of the box in which bodies are put down.
 
 use super::placement;
+use crate::config::Case;
 use crate::config::fault::{AXES, Check, short, vector};
-use crate::config::raw::Case;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub struct Region {
 impl Region {
     /// Checks this `region` of the table `table`, which has to have room for a body of this
     /// diameter (m) with this gap (m) around it.
-    pub(in crate::config::raw) fn check(
+    pub(in crate::config) fn check(
         &self,
         case: &Case,
         table: &str,
@@ -55,7 +55,7 @@ impl Region {
 
     /// Where the centre of a body of this diameter (m) may lie in it, by axis: from, and how far
     /// (m); `None` without room.
-    pub(in crate::config::raw) fn room(
+    pub(in crate::config) fn room(
         &self,
         case: &Case,
         gap: f64,

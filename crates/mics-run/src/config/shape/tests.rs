@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 /// A case of 2 or 3 dimensions in a box of 0.2 m, periodic along x, with these further keys.
-pub(in crate::config::raw) fn text(dimension: usize, keys: &str) -> String {
+pub(in crate::config) fn text(dimension: usize, keys: &str) -> String {
     let (size, cells, lids) = match dimension {
         2 => ("[0.2, 0.2]", "[64, 64]", ""),
         _ => ("[0.2, 0.2, 0.2]", "[64, 64, 64]", "bottom = \"wall\"\ntop = \"wall\"\n"),
@@ -27,7 +27,7 @@ fn body(dimension: usize, shape: &str, more: &str) -> String {
 }
 
 /// Loads a case beside these files.
-pub(in crate::config::raw) fn loaded(text: &str, files: &[(&str, &str)]) -> Result<Loaded> {
+pub(in crate::config) fn loaded(text: &str, files: &[(&str, &str)]) -> Result<Loaded> {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in files {
         std::fs::write(folder.path().join(name), content).unwrap();
@@ -45,7 +45,7 @@ fn case(dimension: usize, shape: &str, more: &str, files: &[(&str, &str)]) -> Ca
 }
 
 /// Key, line and message of a refusal, with the name of the file cut off to its last part.
-pub(in crate::config::raw) fn refusal(text: &str, files: &[(&str, &str)]) -> (String, String) {
+pub(in crate::config) fn refusal(text: &str, files: &[(&str, &str)]) -> (String, String) {
     match loaded(text, files) {
         Err(Error::Case { key, message, .. }) => {
             let folders = message.split_once("/case.toml").map_or(message.clone(), |s| s.0.into());
@@ -313,7 +313,8 @@ fn shapes_are_said_in_words() {
     let case = loaded(&text(3, swarm), &[("stone.stl", &stone())]).unwrap().case;
     assert_eq!(
         case.describe_bodies()[1].to_string(),
-        "shapes       6 polyhedra of 8 corners, equal-volume diameter 0.02 m, thinnest 0.0111769 m = 3.6 cells"
+        "shapes       6 polyhedra of 8 corners, equal-volume diameter 0.02 m, thinnest 0.0111769 m \
+        = 3.6 cells"
     );
     let one = loaded(&text(2, &body(2, "{ ellipse = { axes = [0.04, 0.02] } }", "")), &[]);
     let words = one.unwrap().case.describe_bodies();

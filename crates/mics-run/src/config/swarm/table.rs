@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::Swarm;
 use crate::config::fault::{AXES, Check};
-use crate::config::raw::particle::{Overlap, below_periods, inside, overlap};
-use crate::config::raw::source::{self, Source};
-use crate::config::raw::{By, Case, Kind, Motion, Orientation, Particle, Spin};
+use crate::config::particle::{Overlap, below_periods, inside, overlap};
+use crate::config::source::{self, Source};
+use crate::config::{By, Case, Kind, Motion, Orientation, Particle, Spin};
 
 /// The columns of a file, by what they hold.
 struct Columns {

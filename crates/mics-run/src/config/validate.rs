@@ -211,7 +211,7 @@ mod tests {
         );
         let case = toml::from_str(&text).unwrap();
         validate(&case)
-            .and_then(|()| pairs(&case))
+            .and_then(|()| super::contact::pairs(&case))
             .and_then(|()| measures(&case))
             .err()
             .map(|fault| (fault.key, fault.message))

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::*;
 use crate::config::fault::AXES;
 use crate::config::names::unnamed;
-use crate::config::raw::particle::printable;
+use crate::config::particle::printable;
 
 /// Puts indices in place of the names of particles in the measures, swarms turned into particles.
 pub(in crate::config) fn name_particles(case: &mut Case) -> Check {

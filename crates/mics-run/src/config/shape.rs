@@ -2,10 +2,10 @@
 
 mod build;
 mod geometry;
-pub(in crate::config::raw) mod outline;
+pub(in crate::config) mod outline;
 pub mod solid;
 
-pub(in crate::config::raw) use build::sensible;
+pub(in crate::config) use build::sensible;
 pub(in crate::config) use build::{Shapes, build};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -282,4 +282,4 @@ impl Typed {
 }
 
 #[cfg(test)]
-pub(in crate::config::raw) mod tests;
+pub(in crate::config) mod tests;

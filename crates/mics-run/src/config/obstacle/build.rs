@@ -4,10 +4,10 @@ use super::heights::Raster;
 use super::wall::Form;
 use super::*;
 use crate::config::fault::{AXES, Check, Fault, finite, vector};
-use crate::config::raw::particle::{motion, printable, slack};
-use crate::config::raw::shape::outline::{self, Flaw};
-use crate::config::raw::source::{Source, factor, named, one_of};
-use crate::config::raw::{Case, Motion, Particle, Prescribed};
+use crate::config::particle::{motion, printable, slack};
+use crate::config::shape::outline::{self, Flaw};
+use crate::config::source::{Source, factor, named, one_of};
+use crate::config::{Case, Motion, Particle, Prescribed};
 use crate::words::{brief, rounded};
 use mics_shapes::{Room, Shape, stl};
 use nalgebra::Vector3;
@@ -199,8 +199,8 @@ fn stands(case: &Case, wall: &Wall) -> Result<(), String> {
     Ok(())
 }
 
-fn of_outlines(raw: &Outlines, key: &str, source: Option<&Source>) -> Result<Form, Fault> {
-    let Outlines { points, outlines, file, scale } = raw;
+fn of_outlines(given: &Outlines, key: &str, source: Option<&Source>) -> Result<Form, Fault> {
+    let Outlines { points, outlines, file, scale } = given;
     let given =
         [("points", points.is_some()), ("outlines", outlines.is_some()), ("file", file.is_some())];
     one_of(key, &given)?;
@@ -228,8 +228,8 @@ fn of_outlines(raw: &Outlines, key: &str, source: Option<&Source>) -> Result<For
     Ok(Form::Outlines(all))
 }
 
-fn of_surface(raw: &Surface, key: &str, source: Option<&Source>) -> Result<Form, Fault> {
-    let Surface { file, scale, points, triangles } = raw;
+fn of_surface(given: &Surface, key: &str, source: Option<&Source>) -> Result<Form, Fault> {
+    let Surface { file, scale, points, triangles } = given;
     one_of(key, &[("file", file.is_some()), ("points", points.is_some())])?;
     ensure!(
         points.is_some() == triangles.is_some(),
@@ -257,12 +257,12 @@ fn of_surface(raw: &Surface, key: &str, source: Option<&Source>) -> Result<Form,
 }
 
 fn of_heights(
-    raw: &Heights,
+    given: &Heights,
     key: &str,
     source: Option<&Source>,
     dimension: usize,
 ) -> Result<Raster, Fault> {
-    let Heights { file, scale, points } = raw;
+    let Heights { file, scale, points } = given;
     one_of(key, &[("points", points.is_some()), ("file", file.is_some())])?;
     let factor = factor(key, *scale, file.is_some())?;
     if let Some(source) = source {

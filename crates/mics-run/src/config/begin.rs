@@ -1,8 +1,8 @@
 //! Bodies of another run: those that a case begins with, or that a swarm lists.
 
 use crate::config::fault::{AXES, Check, Fault};
-use crate::config::raw::particle::{Overlap, below_periods, inside, overlap};
-use crate::config::raw::{By, Case, Initial, Motion, Orientation, Particle, Spin};
+use crate::config::particle::{Overlap, below_periods, inside, overlap};
+use crate::config::{By, Case, Initial, Motion, Orientation, Particle, Spin};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};

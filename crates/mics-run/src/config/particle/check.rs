@@ -2,8 +2,8 @@
 
 use super::overlap::slack;
 use super::*;
+use crate::config::FACES;
 use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
-use crate::config::raw::FACES;
 
 impl Enter {
     /// Checks these keys of the table `table` for a body of this diameter (m).
@@ -17,7 +17,7 @@ impl Enter {
 }
 
 /// What a particle is made of and how it starts, by its rules that a swarm shares.
-pub(in crate::config::raw) struct Nature<'a> {
+pub(in crate::config) struct Nature<'a> {
     /// What moves it.
     pub motion: &'a Motion,
     /// Density (kg/m3).
@@ -40,7 +40,7 @@ const DENSITY_RATIOS: std::ops::RangeInclusive<f64> = 1e-6..=1e7;
 
 impl Nature<'_> {
     /// Checks these keys of the table `table`.
-    pub(in crate::config::raw) fn check(&self, table: &str, case: &Case) -> Check {
+    pub(in crate::config) fn check(&self, table: &str, case: &Case) -> Check {
         let (key, dimension) = (|rest: &str| format!("{table}.{rest}"), case.dimension());
         positive(&key("density"), self.density, "kg/m3")?;
         let ratio = self
@@ -102,14 +102,14 @@ impl Nature<'_> {
 }
 
 /// Checks that a name can be drawn and stand in a line.
-pub(in crate::config::raw) fn printable(key: &str, name: Option<&str>) -> Check {
+pub(in crate::config) fn printable(key: &str, name: Option<&str>) -> Check {
     let plain = name.is_none_or(|name| !name.contains(char::is_control));
     ensure!(plain, key, "has a line break, a tab or another control character: leave it out");
     Ok(())
 }
 
 /// Checks one entry of `[[particle]]` by itself.
-pub(in crate::config::raw) fn particle(case: &Case, particle: &Particle, index: usize) -> Check {
+pub(in crate::config) fn particle(case: &Case, particle: &Particle, index: usize) -> Check {
     let dimension = case.dimension();
     let table = format!("particle.{index}");
     let named = particle.name.as_deref() != Some("");
@@ -168,7 +168,7 @@ fn period_key(shape: &str, particle: &Particle) -> String {
 }
 
 /// No body meets itself across periodic sides: its diameter (m) is below each period.
-pub(in crate::config::raw) fn below_periods(case: &Case, key: &str, diameter: f64) -> Check {
+pub(in crate::config) fn below_periods(case: &Case, key: &str, diameter: f64) -> Check {
     for (axis, &size) in case.domain.size.iter().enumerate() {
         let (holds, x) = (diameter < size || !case.periodic(axis), AXES[axis]);
         ensure!(
@@ -181,7 +181,7 @@ pub(in crate::config::raw) fn below_periods(case: &Case, key: &str, diameter: f6
 }
 
 /// The body `who` is within the box: its centre where sides are periodic, all of it elsewhere.
-pub(in crate::config::raw) fn inside(case: &Case, key: &str, who: &str, body: &Particle) -> Check {
+pub(in crate::config) fn inside(case: &Case, key: &str, who: &str, body: &Particle) -> Check {
     for (axis, (&centre, &size)) in body.position.iter().zip(&case.domain.size).enumerate() {
         let x = AXES[axis];
         if case.periodic(axis) {
@@ -215,7 +215,7 @@ pub(in crate::config::raw) fn inside(case: &Case, key: &str, who: &str, body: &P
 }
 
 /// Checks what moves a body.
-pub(in crate::config::raw) fn motion(motion: &Motion, key: &str, dimension: usize) -> Check {
+pub(in crate::config) fn motion(motion: &Motion, key: &str, dimension: usize) -> Check {
     let Motion::Prescribed(prescribed) = motion else { return Ok(()) };
     let velocity = &prescribed.velocity;
     if !velocity.is_empty() {

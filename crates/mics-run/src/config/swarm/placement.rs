@@ -13,9 +13,9 @@ use std::f64::consts::PI;
 
 use super::{Made, Scatter};
 use crate::config::fault::Fault;
-use crate::config::raw::obstacle::Wall;
-use crate::config::raw::particle::distance;
-use crate::config::raw::{Case, Region};
+use crate::config::obstacle::Wall;
+use crate::config::particle::distance;
+use crate::config::{Case, Region};
 
 mod part;
 

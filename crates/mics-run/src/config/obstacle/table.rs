@@ -2,7 +2,7 @@
 
 use super::heights::Raster;
 use crate::config::fault::Fault;
-use crate::config::raw::source::Source;
+use crate::config::source::Source;
 
 /// The outlines of a CSV file (m), each with the lines of its corners; lengths are multiplied by
 /// `factor`.

@@ -1,10 +1,10 @@
 //! Bodies of a run as they were at its end.
 
 use super::Swarm;
+use crate::config::begin::{self, ReadBodies};
 use crate::config::fault::Check;
-use crate::config::raw::begin::{self, ReadBodies};
-use crate::config::raw::particle::{Overlap, below_periods, inside, overlap};
-use crate::config::raw::{Case, Motion};
+use crate::config::particle::{Overlap, below_periods, inside, overlap};
+use crate::config::{Case, Motion};
 use std::path::Path;
 
 /// Whether a file is a run's own `particles.csv`.

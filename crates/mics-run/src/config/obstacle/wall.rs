@@ -1,7 +1,7 @@
 //! An obstacle as the program sees it: its surface in the axes of the box.
 
 use super::{Outlines, Surface};
-use crate::config::raw::shape::outline::nested;
+use crate::config::shape::outline::nested;
 use mics_shapes::{Fault, Nearest, Obstacle as Solid, Room, Shape, stl};
 use nalgebra::Vector3;
 use std::collections::HashMap;

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::config::load;
-use crate::config::raw::particle::{distance, overlap};
-use crate::config::raw::validate;
+use crate::config::particle::{distance, overlap};
+use crate::config::validate::validate;
 use std::f64::consts::PI;
 
 /// A box of 2 by 1 (by 1) m, periodic along x, with walls elsewhere, and these further keys.

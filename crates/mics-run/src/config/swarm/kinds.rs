@@ -3,8 +3,8 @@
 
 use super::{Diameters, Orientations, Scatter, Swarm};
 use crate::config::fault::{Fault, positive};
-use crate::config::raw::shape::Shapes;
-use crate::config::raw::{Orientation, Round, Shape, Typed};
+use crate::config::shape::Shapes;
+use crate::config::{Orientation, Round, Shape, Typed};
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -43,7 +43,7 @@ impl Kind {
 impl Swarm {
     /// Builds the shapes of the swarm of this number; none where it has discs or spheres of its
     /// `diameter`.
-    pub(in crate::config::raw) fn shapes_of(
+    pub(in crate::config) fn shapes_of(
         &self,
         index: usize,
         shapes: &mut Shapes,

@@ -1,6 +1,6 @@
 //! Obstacles from case files: what is read, what is written, what is refused.
 
-use crate::config::raw::shape::tests::{loaded, refusal, text};
+use crate::config::shape::tests::{loaded, refusal, text};
 use crate::config::{Case, Motion, Wall, written};
 use mics_shapes::Shape;
 

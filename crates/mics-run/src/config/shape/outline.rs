@@ -1,7 +1,7 @@
 //! Outlines of polygons: whether they are simple and convex.
 
 /// What is wrong with an outline that ought to be convex, and at which of its corners.
-pub(in crate::config::raw) struct Flaw {
+pub(in crate::config) struct Flaw {
     /// The corner, from 0.
     pub corner: usize,
     /// What is wrong there, in words.
@@ -55,7 +55,7 @@ fn area(points: &[[f64; 2]]) -> f64 {
 
 /// Outlines (m), those within an odd number of others turned into holes: clockwise, all others
 /// counterclockwise.
-pub(in crate::config::raw) fn nested(mut outlines: Vec<Vec<[f64; 2]>>) -> Vec<Vec<[f64; 2]>> {
+pub(in crate::config) fn nested(mut outlines: Vec<Vec<[f64; 2]>>) -> Vec<Vec<[f64; 2]>> {
     let within = |outline: &[[f64; 2]], [x, y]: [f64; 2]| {
         let crosses = |k: &usize| {
             let a = outline[*k];
@@ -81,7 +81,7 @@ pub(in crate::config::raw) fn nested(mut outlines: Vec<Vec<[f64; 2]>>) -> Vec<Ve
 
 /// Checks that points (m), in order and either way round, are the corners of an outline that does
 /// not cross itself.
-pub(in crate::config::raw) fn simple(points: &[[f64; 2]]) -> Result<(), Flaw> {
+pub(in crate::config) fn simple(points: &[[f64; 2]]) -> Result<(), Flaw> {
     let count = points.len();
     let flaw = |corner: usize, what: String| Err(Flaw { corner, what });
     if count < 3 {

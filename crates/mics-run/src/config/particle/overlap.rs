@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use std::borrow::Cow;
 
 /// Two bodies that overlap, and by how much.
-pub(in crate::config::raw) struct Overlap {
+pub(in crate::config) struct Overlap {
     /// The index of the earlier.
     pub first: usize,
     /// The index of the later.
@@ -21,7 +21,7 @@ pub(in crate::config::raw) struct Overlap {
 
 /// The first two bodies found that overlap at time 0, periodic images included: a sweep along x
 /// over those near enough.
-pub(in crate::config::raw) fn overlap(case: &Case) -> Option<Overlap> {
+pub(in crate::config) fn overlap(case: &Case) -> Option<Overlap> {
     let bodies = &case.particle;
     let bounding: Vec<f64> = bodies.iter().map(|body| body.shape.bounding_diameter()).collect();
     let widest = bounding.iter().copied().fold(0.0, f64::max);
@@ -113,7 +113,7 @@ fn parts(body: &Particle) -> Cow<'_, [Part]> {
 
 /// How far two bodies may overlap (m): as grains do that press on each other, where contacts say
 /// how, and where both are held: they may have settled in another run.
-pub(in crate::config::raw) fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
+pub(in crate::config) fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
     let held = pair.iter().all(|body| body.motion != Motion::Free);
     let part = if held || case.contact.is_some() { PRESSED } else { 1e-9 };
     part * pair.iter().map(|body| body.shape.diameter()).fold(f64::INFINITY, f64::min)
@@ -123,7 +123,7 @@ pub(in crate::config::raw) fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
 const PRESSED: f64 = 0.02;
 
 /// The distance (m) of two places by the shortest way across the periods.
-pub(in crate::config::raw) fn distance(a: &[f64], b: &[f64], periods: &[Option<f64>]) -> f64 {
+pub(in crate::config) fn distance(a: &[f64], b: &[f64], periods: &[Option<f64>]) -> f64 {
     let apart = a.iter().zip(b).zip(periods);
     let apart =
         apart.map(|((a, b), period)| period.map_or(a - b, |l| a - b - l * ((a - b) / l).round()));
