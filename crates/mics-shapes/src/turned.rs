@@ -77,9 +77,6 @@ impl Turned<'_> {
 
     /// How far it reaches from the centre along the axes of the box, to the further side (m).
     pub fn bounds(&self) -> Vector3<f64> {
-        if self.shape.is_round() {
-            return Vector3::repeat(self.shape.radius());
-        }
         let axes = self.orientation.matrix();
         Vector3::from_fn(|a, _| {
             if a >= self.shape.dimension() {
@@ -93,7 +90,8 @@ impl Turned<'_> {
     /// Calls with the boxes between `planes` (m) that it reaches; with `faces`, the axis of those in
     /// whose middles they lie, moments and levers are found as well.
     pub fn tile(&self, planes: &[Vec<f64>; 3], faces: Option<usize>, found: &mut dyn FnMut(&Tile)) {
-        self.shape.tile(&Lattice { factor: 1.0, turn: *self.orientation, planes, faces }, found);
+        self.shape
+            .tile(&Lattice { factor: 1.0, orientation: *self.orientation, planes, faces }, found);
     }
 
     /// Part of the box with its centre at `middle` (m) and the half edges `half` (m; zero along z in
