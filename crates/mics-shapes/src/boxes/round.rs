@@ -2,9 +2,9 @@
 //! once.
 //!
 //! ```text
-//!      +----+----+        a disc by the lines of the lattice across it ([`super::circle`]), a sphere
-//!      |  ,-|--. |        by its corners ([`super::octant`]): each box is a sum over its own
-//!      +-/--+---\+
+//!      +----+----+        a disc by the lines of the lattice across it ([`super::circle`]),
+//!      |  ,-|--. |        a sphere by its corners ([`super::octant`]): each box is a sum over
+//!      +-/--+---\+        its own
 //! ```
 
 use super::circle::{self, Line, Lines, Parts};
