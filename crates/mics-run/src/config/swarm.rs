@@ -215,8 +215,9 @@ impl Swarm {
     }
 
     fn scatter(&self) -> Option<Scatter<'_>> {
-        let (count, region, diameter) =
-            (self.count?, self.region.as_ref()?, self.diameter.as_ref());
+        let count = self.count?;
+        let region = self.region.as_ref()?;
+        let diameter = self.diameter.as_ref();
         let sized = diameter.is_some() || self.shape.is_some() || self.shapes.is_some();
         sized.then_some(Scatter {
             count,

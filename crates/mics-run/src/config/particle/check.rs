@@ -41,7 +41,8 @@ const DENSITY_RATIOS: std::ops::RangeInclusive<f64> = 1e-6..=1e7;
 impl Nature<'_> {
     /// Checks these keys of the table `table`.
     pub(in crate::config) fn check(&self, table: &str, case: &Case) -> Check {
-        let (key, dimension) = (|rest: &str| format!("{table}.{rest}"), case.dimension());
+        let key = |rest: &str| format!("{table}.{rest}");
+        let dimension = case.dimension();
         positive(&key("density"), self.density, "kg/m3")?;
         let ratio = self
             .density
@@ -170,7 +171,8 @@ fn period_key(shape: &str, particle: &Particle) -> String {
 /// No body meets itself across periodic sides: its diameter (m) is below each period.
 pub(in crate::config) fn below_periods(case: &Case, key: &str, diameter: f64) -> Check {
     for (axis, &size) in case.domain.size.iter().enumerate() {
-        let (holds, x) = (diameter < size || !case.periodic(axis), AXES[axis]);
+        let holds = diameter < size || !case.periodic(axis);
+        let x = AXES[axis];
         ensure!(
             holds,
             key,
