@@ -144,13 +144,10 @@ impl<const D: usize> Sharp<D> {
                 let motions = &self.motions;
                 let turning =
                     |k: usize, body: &Body| turning(body, &motions[k].surface_moments, unit, dt);
-                s.substeps = contacts.advance(
-                    &mut s.bodies,
-                    &mut s.touching,
-                    &self.work.accelerations,
-                    turning,
-                    dt,
-                )?;
+                let accelerations = &self.work.accelerations;
+                let outcome =
+                    contacts.advance(&mut s.bodies, &mut s.touching, accelerations, turning, dt)?;
+                s.substeps = outcome.substeps;
             }
             None => {
                 let bodies = s.bodies.iter_mut().zip(&self.work.accelerations);
@@ -177,7 +174,8 @@ impl<const D: usize> Sharp<D> {
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, forces) in forces.iter().enumerate() {
             let SurfaceForces { pressure, shear, shear_torque: torque, pressure_torque } = *forces;
-            let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
+            let impulse =
+                self.contacts.as_ref().map_or(Impulse::default(), |c| c.outcome().impulse(k));
             let (body, motion, history) =
                 (&mut s.bodies[k], &mut self.motions[k], &mut histories[k]);
             let (before, torque_before) =
@@ -209,8 +207,9 @@ impl<const D: usize> Sharp<D> {
                 // Contacts have had no part in what they did not expect, and would take it back
                 // with the next step only.
                 let unexpected = body.spin - motion.expected.1;
+                let outcome = contacts.outcome();
                 let held = Vector3::from_fn(|a, _| {
-                    (1.0 - contacts.contact_damping(k, inertia.about(a), dt)) * unexpected[a]
+                    (1.0 - outcome.contact_damping(k, inertia.about(a), dt)) * unexpected[a]
                 });
                 body.spin -= held;
                 contacts.add_turn(k, &-inertia.of(&held));
@@ -237,7 +236,7 @@ impl<const D: usize> Sharp<D> {
             let unit = (domain.fluid.viscosity / self.cut.h, slope_weights());
             let inertia = turning(body, &motion.surface_moments, unit, dt);
             let contacts = self.contacts.as_ref();
-            let impulse = contacts.map_or_else(Impulse::default, |contacts| contacts.impulses()[k]);
+            let impulse = contacts.map_or_else(Impulse::default, |c| c.outcome().impulse(k));
             // An impact ends with the step, and the fluid's response to it does not last.
             let without = contacts.and_then(|contacts| contacts.velocity_without(k));
             let without = without.unwrap_or_else(|| {
