@@ -33,7 +33,7 @@ pub(super) struct Clusters {
 }
 
 /// A body of a cluster.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ClusterBody {
     /// Another body of its cluster; the first one has itself. Bodies that touch nothing are alone.
     parent: usize,
@@ -66,16 +66,16 @@ pub(super) struct Work {
 impl Clusters {
     /// Every one of so many bodies alone.
     pub(super) fn new(n: usize) -> Clusters {
-        let alone =
-            |parent| ClusterBody { parent, touch: Impulse::default(), without: None, parts: false };
-        let work = Work { response: 1.0, factor: 1.0, ..Work::default() };
-        Clusters { bodies: (0..n).map(alone).collect(), works: vec![work; n] }
+        let bodies = vec![ClusterBody::default(); n];
+        let mut clusters = Clusters { bodies, works: vec![Work::default(); n] };
+        clusters.clear();
+        clusters
     }
 
     /// Forgets the step before.
     pub(super) fn clear(&mut self) {
         for (parent, body) in self.bodies.iter_mut().enumerate() {
-            *body = ClusterBody { parent, touch: Impulse::default(), without: None, parts: false };
+            *body = ClusterBody { parent, ..ClusterBody::default() };
         }
         self.works.fill(Work { response: 1.0, factor: 1.0, ..Work::default() });
     }

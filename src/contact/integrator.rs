@@ -11,8 +11,7 @@ use super::pairs::{Pairs, together};
 use super::setup::Setup;
 use super::{Impulse, count, gaps, overlap, rolling};
 use crate::Result;
-use crate::particles::{Accelerations, Body, Inertia};
-use mics_shapes::Regions;
+use crate::particles::Body;
 use nalgebra::Vector3;
 
 /// Part of a gap between shapes that the two may go before it is found anew.
@@ -20,17 +19,20 @@ const SAME_PLACE: f64 = 1e-2;
 
 /// Moves bodies on in substeps, under accelerations that are frozen over the step and under their
 /// contacts.
-#[derive(Clone, Debug)]
-pub(super) struct Integrator {
-    /// The bodies as they respond in the step.
-    pub(super) states: Vec<ContactBody>,
+pub(super) struct Integrator<'a> {
+    pub(super) setup: &'a Setup,
+    pub(super) pairs: &'a mut Pairs,
+    /// How the bodies respond in the step.
+    pub(super) states: &'a mut [ContactBody],
+    pub(super) bodies: &'a mut [Body],
     /// The forces of the contacts that press in the substep.
-    forces: Vec<ContactForce>,
+    pub(super) forces: &'a mut Vec<ContactForce>,
+    pub(super) outcome: &'a mut Outcome,
 }
 
 /// The force of a contact over a substep.
 #[derive(Clone, Debug)]
-struct ContactForce {
+pub(super) struct ContactForce {
     /// The place of its pair.
     pair: usize,
     /// Its normal force (N).
@@ -44,80 +46,45 @@ struct ContactForce {
     arms: Arms,
 }
 
-impl Integrator {
-    pub(super) fn new(bodies: &[Body]) -> Integrator {
-        let parts = bodies.iter().map(|body| body.parts().len().max(1)).sum::<usize>();
-        Integrator {
-            states: bodies.iter().map(ContactBody::new).collect(),
-            forces: Vec::with_capacity(8 * parts),
-        }
-    }
-
-    /// Takes what bodies respond with in the step.
-    pub(super) fn begin(
-        &mut self,
-        setup: &Setup,
-        bodies: &[Body],
-        accelerations: &[Accelerations],
-        turning: impl Fn(usize, &Body) -> Inertia,
-    ) {
-        let all = self.states.iter_mut().zip(bodies).zip(accelerations);
-        for (k, ((state, body), accelerations)) in all.enumerate() {
-            state.begin(body, accelerations, setup.mass(body), &turning(k, body));
-        }
-    }
-
+impl Integrator<'_> {
     /// Moves the bodies on by at most `time` (s), until one goes beyond its search radius; the time
     /// that is left (s).
-    pub(super) fn advance(
-        &mut self,
-        setup: &Setup,
-        pairs: &mut Pairs,
-        bodies: &mut [Body],
-        outcome: &mut Outcome,
-        time: f64,
-    ) -> Result<f64> {
-        if pairs.list.is_empty() {
-            self.drift(setup, pairs, bodies, time);
+    pub(super) fn advance(&mut self, time: f64) -> Result<f64> {
+        if self.pairs.list.is_empty() {
+            self.drift(time);
             return Ok(0.0);
         }
-        let layout = Layout { setup, regions: &pairs.regions, states: &self.states, bodies };
-        let count = count::count(&layout, &pairs.list, time, outcome.substeps)?;
-        for pair in &mut pairs.list {
-            pair.film.stride = count::stride(&layout, pair, time, count);
-        }
+        let count = self.count(time)?;
         let h = time / count as f64;
         let mut done = 0;
         let mut within = true;
         while done < count && within {
             done += 1;
-            self.load(setup, pairs, bodies, outcome, h)?;
-            within = self.carry(setup, pairs, bodies, outcome, h);
-            self.lubricate(setup, pairs, bodies, outcome, h, Some(done));
+            self.load(h)?;
+            within = self.carry(h);
+            self.lubricate(h, Some(done));
         }
-        self.lubricate(setup, pairs, bodies, outcome, 0.0, None);
-        self.drift(setup, pairs, bodies, h * done as f64);
-        outcome.substeps += done;
+        self.lubricate(0.0, None);
+        self.drift(h * done as f64);
+        self.outcome.substeps += done;
         Ok(if done < count { time - h * done as f64 } else { 0.0 })
     }
 
-    /// Gives round bodies the orientation at the end of the step.
-    pub(super) fn turn(&self, bodies: &mut [Body]) {
-        bodies.iter_mut().zip(&self.states).for_each(|(body, state)| body.rotate(&state.turned));
+    /// Finds how many substeps `time` (s) needs, and after how many the fluid of a pair is to act.
+    fn count(&mut self, time: f64) -> Result<usize> {
+        let Integrator { setup, pairs: Pairs { list, regions, .. }, states, bodies, .. } = self;
+        let layout = Layout { setup, regions, states, bodies };
+        let count = count::count(&layout, list, time, self.outcome.substeps)?;
+        list.iter_mut().for_each(|p| p.film.stride = count::stride(&layout, p, time, count));
+        Ok(count)
     }
 
     /// Finds the forces of all pairs in a substep of `h` (s).
-    fn load(
-        &mut self,
-        setup: &Setup,
-        pairs: &mut Pairs,
-        bodies: &[Body],
-        outcome: &mut Outcome,
-        h: f64,
-    ) -> Result<()> {
-        let Pairs { list, ways, regions, .. } = pairs;
-        self.forces.clear();
-        for (k, (state, body)) in self.states.iter_mut().zip(bodies).enumerate() {
+    fn load(&mut self, h: f64) -> Result<()> {
+        let Integrator { setup, pairs, states, bodies, forces, outcome } = self;
+        let Pairs { list, ways, regions, .. } = &mut **pairs;
+        forces.clear();
+        for (k, (state, body)) in states.iter_mut().zip(bodies.iter()).enumerate() {
             state.load = Impulse::default();
             if ways[k].paired {
                 state.turn_to_middle(body, h);
@@ -129,7 +96,7 @@ impl Integrator {
             if next < pair.seen.clear {
                 continue;
             }
-            let layout = Layout { setup, regions, states: &self.states, bodies };
+            let layout = Layout { setup, regions, states, bodies };
             let meeting = layout.closest(pair, h);
             let gone = together(pair, ways, |way| way.gone);
             pair.seen.normal = meeting.normal;
@@ -149,31 +116,25 @@ impl Integrator {
                 outcome.wall_work += h * force.whole.linear.dot(&wall.velocity);
             }
             for (k, load) in pair.each(&force.whole) {
-                self.states.get_mut(k).into_iter().for_each(|state| state.load += load);
+                states.get_mut(k).into_iter().for_each(|state| state.load += load);
             }
             if force.normal > 0.0 {
                 outcome.touch(pair);
-                self.forces.push(force);
+                forces.push(force);
             }
         }
-        let layout = Layout { setup, regions, states: &self.states, bodies };
-        let powers = self.forces.iter().map(|force| h * force.power(&layout, &list[force.pair]));
+        let layout = Layout { setup, regions, states, bodies };
+        let powers = forces.iter().map(|force| h * force.power(&layout, &list[force.pair]));
         outcome.friction_loss -= powers.sum::<f64>();
         Ok(())
     }
 
     /// Moves the bodies that have a pair by `h` (s) under their loads; whether all stay within
     /// their search radius in the next substep.
-    fn carry(
-        &mut self,
-        setup: &Setup,
-        pairs: &mut Pairs,
-        bodies: &mut [Body],
-        outcome: &mut Outcome,
-        h: f64,
-    ) -> bool {
+    fn carry(&mut self, h: f64) -> bool {
+        let Integrator { setup, pairs, states, bodies, outcome, .. } = self;
         let mut within = true;
-        for (k, (state, body)) in self.states.iter_mut().zip(bodies).enumerate() {
+        for (k, (state, body)) in states.iter_mut().zip(bodies.iter_mut()).enumerate() {
             let way = &mut pairs.ways[k];
             if !way.paired {
                 continue;
@@ -190,30 +151,23 @@ impl Integrator {
     }
 
     /// Moves the bodies without a pair by `time` (s).
-    fn drift(&mut self, setup: &Setup, pairs: &Pairs, bodies: &mut [Body], time: f64) {
-        let all = self.states.iter_mut().zip(bodies).zip(&pairs.ways);
+    fn drift(&mut self, time: f64) {
+        let all = self.states.iter_mut().zip(self.bodies.iter_mut()).zip(&self.pairs.ways);
         for ((state, body), _) in all.filter(|(_, way)| !way.paired) {
             let accelerations = state.response.accelerations;
-            state.travel(body, &accelerations, time, &setup.periods);
+            state.travel(body, &accelerations, time, &self.setup.periods);
         }
     }
 
     /// Lets the fluid in the gaps act over the substep of `h` (s) that is `done`, or over what is
     /// left for it to do, pair by pair, each implicitly.
-    fn lubricate(
-        &self,
-        setup: &Setup,
-        pairs: &mut Pairs,
-        bodies: &mut [Body],
-        outcome: &mut Outcome,
-        h: f64,
-        done: Option<usize>,
-    ) {
+    fn lubricate(&mut self, h: f64, done: Option<usize>) {
+        let Integrator { setup, pairs, states, bodies, outcome, .. } = self;
+        let Pairs { list, ways, regions, .. } = &mut **pairs;
         let range = setup.medium.range();
         if range == 0.0 {
             return;
         }
-        let Pairs { list, ways, regions, .. } = pairs;
         let substep = if done.is_some() { h } else { 0.0 };
         for pair in list {
             pair.film.due += h;
@@ -229,7 +183,7 @@ impl Integrator {
             if pair.seen.clear - gone > range {
                 continue;
             }
-            let layout = self.layout(setup, regions, bodies);
+            let layout = Layout { setup, regions, states, bodies };
             let meeting = see(&layout, pair, h, substep, gone);
             let gap = -meeting.overlap;
             if gap > range {
@@ -247,49 +201,39 @@ impl Integrator {
                 resistance * kinematics.approach / (1.0 + resistance * kinematics.inverse_normal);
             pair.sums.normal += pressed;
             let impulse = meeting.arms.impulse(-pressed * meeting.normal);
-            self.apply(setup, pair, bodies, outcome, &impulse);
+            apply(setup, states, pair, bodies, outcome, &impulse);
             // Along the gap, and what is left of the slip.
             let resistance = h * film.sliding;
             let left = 1.0 / (1.0 + resistance * kinematics.inverse_tangential);
             let impulse = meeting.arms.impulse(-resistance * left * kinematics.slip);
-            self.apply(setup, pair, bodies, outcome, &impulse);
+            apply(setup, states, pair, bodies, outcome, &impulse);
             let slip = left * kinematics.slip;
-            let layout = self.layout(setup, regions, bodies);
+            let layout = Layout { setup, regions, states, bodies };
             let impulse = gaps::rolling_impulse(&layout, pair, &meeting, &slip, h * film.rolling);
-            self.apply(setup, pair, bodies, outcome, &impulse);
+            apply(setup, states, pair, bodies, outcome, &impulse);
         }
     }
+}
 
-    /// Gives an impulse to the two of a pair.
-    fn apply(
-        &self,
-        setup: &Setup,
-        pair: &mut Pair,
-        bodies: &mut [Body],
-        outcome: &mut Outcome,
-        impulse: &PairImpulse,
-    ) {
-        pair.sums.impulse += *impulse;
-        if let Some(wall) = setup.wall(pair) {
-            outcome.strike_wall(impulse, &wall.velocity);
-        }
-        for (k, given) in pair.each(impulse) {
-            let Some(body) = bodies.get_mut(k) else { continue };
-            let response = &self.states[k].response;
-            body.velocity += response.mass.component_mul(&given.linear);
-            body.spin += response.inertia.of(&given.angular);
-            outcome.bodies[k].impulse += given;
-        }
+/// Gives an impulse to the two of a pair.
+fn apply(
+    setup: &Setup,
+    states: &[ContactBody],
+    pair: &mut Pair,
+    bodies: &mut [Body],
+    outcome: &mut Outcome,
+    impulse: &PairImpulse,
+) {
+    pair.sums.impulse += *impulse;
+    if let Some(wall) = setup.wall(pair) {
+        outcome.strike_wall(impulse, &wall.velocity);
     }
-
-    /// The bodies as they lie now.
-    fn layout<'a>(
-        &'a self,
-        setup: &'a Setup,
-        regions: &'a Regions,
-        bodies: &'a [Body],
-    ) -> Layout<'a> {
-        Layout { setup, regions, states: &self.states, bodies }
+    for (k, given) in pair.each(impulse) {
+        let Some(body) = bodies.get_mut(k) else { continue };
+        let response = &states[k].response;
+        body.velocity += response.mass.component_mul(&given.linear);
+        body.spin += response.inertia.of(&given.angular);
+        outcome.bodies[k].impulse += given;
     }
 }
 

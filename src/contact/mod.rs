@@ -26,8 +26,7 @@
 //!     (   o----n--->()<-----o   )   slip = (v_i - v_j + w_i x r_i - w_j x r_j)_t
 //! ```
 //!
-//! [`Contacts`] holds the pairs, the integrator of the substeps, and the clusters of the bodies that
-//! touch. [`Contacts::advance`] leaves what contacts did in the step, an [`Outcome`]; while the
+//! [`Contacts`] holds the pairs, and what a step of them needs. [`Contacts::advance`] leaves what contacts did in the step, an [`Outcome`]; while the
 //! pressure is found, [`Contacts::impulses`] has the impulses of it to be corrected.
 //!
 //! A body that is not round has convex parts ([`mics_shapes::Part`]), each a contact of its own
@@ -61,10 +60,11 @@ mod wall;
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::particles::{Accelerations, Body, Inertia};
+use body::ContactBody;
 use cluster::Clusters;
 use correction::Constraint;
 pub(crate) use impulses::Impulses;
-use integrator::Integrator;
+use integrator::{ContactForce, Integrator};
 pub use law::{Damping, Laws, Material};
 pub use lubrication::Medium;
 use meeting::Layout;
@@ -124,9 +124,11 @@ pub struct Touching {
 pub struct Contacts {
     setup: Setup,
     pairs: Pairs,
-    integrator: Integrator,
+    /// Per body, how it responds in the step.
+    states: Vec<ContactBody>,
     clusters: Clusters,
-    /// Scratch of the correction.
+    /// Scratch of a substep, and of the correction.
+    forces: Vec<ContactForce>,
     constraints: Vec<Constraint>,
     outcome: Outcome,
 }
@@ -145,8 +147,9 @@ impl Contacts {
     ) -> Contacts {
         let pairs = Pairs::new(bodies, size, periods);
         Contacts {
-            integrator: Integrator::new(bodies),
+            states: bodies.iter().map(ContactBody::new).collect(),
             clusters: Clusters::new(bodies.len()),
+            forces: Vec::with_capacity(pairs.list.capacity()),
             constraints: Vec::with_capacity(pairs.list.capacity()),
             outcome: Outcome::new(bodies.len()),
             pairs,
@@ -203,25 +206,27 @@ impl Contacts {
         turning: impl Fn(usize, &Body) -> Inertia,
         dt: f64,
     ) -> Result<&Outcome> {
-        let Contacts { setup, pairs, integrator, clusters, outcome, .. } = self;
+        let Contacts { setup, pairs, states, clusters, forces, outcome, .. } = self;
         setup.refuse_strays(bodies)?;
-        integrator.begin(setup, bodies, accelerations, turning);
-        pairs.recall(setup, &integrator.states, bodies, touching);
+        for (k, (state, body)) in states.iter_mut().zip(&*bodies).enumerate() {
+            state.begin(body, &accelerations[k], setup.mass(body), &turning(k, body));
+        }
+        pairs.recall(setup, states, bodies, touching);
         clusters.clear();
         outcome.clear();
         let mut left = dt;
         while left > 0.0 {
             let first = outcome.substeps == 0;
-            pairs.search(setup, &integrator.states, bodies, left, !first);
+            pairs.search(setup, states, bodies, left, !first);
             if first {
-                pairs.find_stored(setup, &integrator.states, bodies);
+                pairs.find_stored(setup, states, bodies);
             }
-            left = integrator.advance(setup, pairs, bodies, outcome, left)?;
+            left = Integrator { setup, pairs, states, bodies, forces, outcome }.advance(left)?;
         }
-        integrator.turn(bodies);
+        bodies.iter_mut().zip(&*states).for_each(|(body, state)| body.rotate(&state.turned));
         setup.refuse_strays(bodies)?;
         outcome.find_damping(&pairs.list, bodies);
-        pairs.find_faces(setup, &integrator.states, bodies);
+        pairs.find_faces(setup, states, bodies);
         pairs.keep(setup, bodies, touching);
         Ok(outcome)
     }
@@ -245,8 +250,7 @@ impl Contacts {
 
     /// The impulses of the last step, to be corrected.
     pub(crate) fn impulses(&mut self) -> Impulses<'_> {
-        let Contacts { setup, pairs, integrator, clusters, constraints, outcome } = self;
-        let states = &mut integrator.states[..];
+        let Contacts { setup, pairs, states, clusters, constraints, outcome, .. } = self;
         Impulses { setup, pairs, states, clusters, constraints, outcome }
     }
 
@@ -301,12 +305,12 @@ impl Contacts {
 
     /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
     pub fn meet(&mut self, bodies: &[Body]) {
-        let Contacts { setup, pairs, integrator, .. } = self;
+        let Contacts { setup, pairs, states, .. } = self;
         let still = Accelerations::default();
-        for (state, body) in integrator.states.iter_mut().zip(bodies) {
+        for (state, body) in states.iter_mut().zip(bodies) {
             state.begin(body, &still, setup.mass(body), &body.inertia());
         }
-        pairs.search(setup, &integrator.states, bodies, 0.0, false);
+        pairs.search(setup, states, bodies, 0.0, false);
     }
 
     /// Whether a body is in reach of another or of a wall after a [`meet`](Contacts::meet).
@@ -343,8 +347,8 @@ impl Contacts {
 
     /// The bodies as they lie now.
     fn layout<'a>(&'a self, bodies: &'a [Body]) -> Layout<'a> {
-        let Contacts { setup, pairs, integrator, .. } = self;
-        Layout { setup, regions: &pairs.regions, states: &integrator.states, bodies }
+        let Contacts { setup, pairs, states, .. } = self;
+        Layout { setup, regions: &pairs.regions, states, bodies }
     }
 }
 

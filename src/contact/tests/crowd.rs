@@ -270,8 +270,8 @@ fn neighbour_search_cost_is_linear() {
         let bodies = cloud(n, across, 1.0);
         let mut contacts =
             contacts(&bodies, material(1.0, 0.9, 0.3), size, &[0, 1], Substeps::Auto);
-        let Contacts { setup, pairs, integrator, .. } = &mut contacts.law;
-        pairs.search(setup, &integrator.states, &bodies, 1e-4, false);
+        let Contacts { setup, pairs, states, .. } = &mut contacts.law;
+        pairs.search(setup, states, &bodies, 1e-4, false);
         pairs.neighbours.checks as f64 / n as f64
     });
     println!("distances per particle for 100, 1000, 3000: {checks:.2?}");

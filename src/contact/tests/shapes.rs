@@ -384,13 +384,10 @@ fn meeting_at_end_of_substep_follows_from_its_middle() {
     let law = stiff(1e5, 1.0, 0.0);
     let off = |h: f64| {
         let mut held = contacts(&two, law, [0.1; 3], &[0, 1, 2], Substeps::Auto).law;
-        let none = [Accelerations::default(); 2];
-        let Contacts { setup, pairs, integrator, .. } = &mut held;
-        integrator.begin(setup, &two, &none, |_, body| body.inertia());
-        pairs.search(setup, &integrator.states, &two, 0.01, false);
-        for (state, body) in integrator.states.iter_mut().zip(&two) {
-            state.turn_to_middle(body, h);
-        }
+        held.meet(&two);
+        let Contacts { setup, pairs, states, .. } = &mut held;
+        pairs.search(setup, states, &two, 0.01, false);
+        states.iter_mut().zip(&two).for_each(|(state, body)| state.turn_to_middle(body, h));
         let pair = held.pairs.list[0];
         let middle = held.layout(&two).closest(&pair, h);
         let mut moved = two.clone();
