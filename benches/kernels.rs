@@ -7,7 +7,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use mics::config::load;
 use mics::contact::{Contacts, Damping, Laws, Material, Substeps, Touching};
 use mics::geometry::fraction::{self, Rule};
-use mics::geometry::{Cuts, Disc, Orientation, Placed, Shape, Sphere, Tiles, aperture};
+use mics::geometry::{Cuts, Disc, Orientation, Placed, Shape, Sphere, aperture};
 use mics::grid::Coefficient;
 use mics::kernels::advection::{Carrier, Fluxes, upwind5};
 use mics::kernels::diffusion;
@@ -133,20 +133,20 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
     let mut group = c.benchmark_group("geometry");
     for across in across {
         let radius = 0.5 * across * grid.h[0];
-        let mut tiles = Tiles::for_radius(radius, &grid.h);
+        let mut planes = std::array::from_fn(|_| Vec::new());
         let shape: &dyn Shape = if D == 2 { &Disc { radius } } else { &Sphere { radius } };
         let body = Placed { shape, centre, orientation: Orientation::identity() };
         let id = |what: &str| BenchmarkId::new(what, format!("{name}-{across}"));
         group.bench_function(id("fractions"), |b| {
             b.iter(|| {
-                fraction::overlaps(grid, black_box(&body), Rule::Exact, &mut tiles, &mut cells)
+                fraction::overlaps(grid, black_box(&body), Rule::Exact, &mut planes, &mut cells)
             });
         });
         group.bench_function(id("apertures"), |b| {
             b.iter(|| {
-                let tiles = &mut tiles;
+                let planes = &mut planes;
                 (0..D).for_each(|a| {
-                    aperture::cuts(grid, a, black_box(&body), tiles, &mut cuts, &mut arms)
+                    aperture::cuts(grid, a, black_box(&body), planes, &mut cuts, &mut arms)
                 })
             });
         });

@@ -4,7 +4,7 @@
 //!     cargo run --release --example shape
 
 use mics::config::Case;
-use mics::geometry::{Disc, Shape, Solid, shapes::Polygon};
+use mics::geometry::{Disc, Shape, shapes::Polygon};
 use mics::particles::{Body, Freedom, Motion};
 use mics::{Error, Result, petsc::Session, scene::Scene};
 use nalgebra::Vector3;
@@ -20,7 +20,7 @@ time.end = 0.2
 "#;
 
 /// Three arcs of the radius `width` (m), each about the corner across.
-fn reuleaux(width: f64) -> Result<Solid> {
+fn reuleaux(width: f64) -> Result<Polygon> {
     let point = |i: usize| {
         let about = TAU / 3.0 * (i / 40) as f64;
         let angle = about + PI + PI / 3.0 * ((i % 40) as f64 / 40.0 - 0.5);
@@ -28,7 +28,7 @@ fn reuleaux(width: f64) -> Result<Solid> {
         [along(f64::cos), along(f64::sin)]
     };
     let outline: Vec<_> = (0..120).map(point).collect();
-    Ok(Solid::new(Polygon::new(&outline, 0.0).map_err(|fault| Error::Usage(fault.0))?))
+    Polygon::new(&outline, 0.0).map_err(|fault| Error::Usage(fault.0))
 }
 
 /// The largest speed (m/s) at which a body of this shape settles.

@@ -11,7 +11,7 @@
 //! ```
 
 use crate::Result;
-use crate::config::{Case, Drive, Loaded, Side};
+use crate::config::{AXES, Case, Drive, Loaded, Side};
 use crate::grid::Grid;
 use crate::particles::{Body, Motion, nearest_image};
 use crate::scene::Scene;
@@ -73,7 +73,7 @@ fn find_shut<const D: usize>(
     let entered = sides.iter().filter(|(_, _, _, flux)| *flux > 0.0);
     let mut ways: Vec<(Way, String)> = driven_axes(case)
         .into_iter()
-        .map(|a| (Way::Along(a), format!("along {}", ["x", "y", "z"][a])))
+        .map(|a| (Way::Along(a), format!("along {}", AXES[a])))
         .collect();
     ways.extend(
         entered.map(|(n, name, ..)| (Way::From(*n), format!("between {name} and the outflow"))),
@@ -132,7 +132,7 @@ fn mark_solid<'a, const D: usize>(
     let periods = std::array::from_fn(|a| (a < D && grid.periodic[a]).then(|| grid.size[a]));
     for body in bodies {
         let orientation = body.orientation();
-        let shape = body.shape();
+        let shape = body.shape().turned(&orientation);
         let ends: [[i64; 2]; D] = std::array::from_fn(|a| {
             [-1.0, 1.0]
                 .map(|side| ((body.centre[a] + side * body.radius()) / grid.h[a]).floor() as i64)
@@ -146,10 +146,8 @@ fn mark_solid<'a, const D: usize>(
             let centre = Vector3::from_fn(|a, _| {
                 if a < D { (cell[a] as f64 + 0.5) * grid.h[a] } else { body.centre[a] }
             });
-            if inside
-                && shape.distance(&orientation, &nearest_image(&body.centre, &centre, &periods))
-                    < 0.0
-            {
+            let arm = nearest_image(&body.centre, &centre, &periods);
+            if inside && shape.distance(&arm) < 0.0 {
                 solid[number(grid, &cell)] = true;
             }
             let Some(axis) = (0..D).find(|&a| at[a] < ends[a][1]) else { break };

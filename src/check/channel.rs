@@ -34,7 +34,7 @@ struct Channel {
 
 /// The narrowest channel beside an obstacle, where it has too few cells.
 pub fn narrow<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
-    let h = case.spacings().into_iter().fold(0.0, f64::max);
+    let h = case.widest_spacing();
     let bodies = &scene.state.bodies;
     let obstacles = || bodies.iter().enumerate().filter(|(_, body)| body.shape().is_obstacle());
     let found = obstacles().filter_map(|(k, body)| Channel::beside(case, bodies, k, body, h));
@@ -68,12 +68,12 @@ impl Channel {
             let most = narrowest.as_ref().map_or(ENOUGH * h * (1.0 - 1e-9), |c| c.width);
             let covered = |other: &Body| {
                 let arm = at - other.centre;
-                is_apart(other) && other.shape().distance(&other.orientation(), &arm) < CLOSED * h
+                is_apart(other) && other.distance(&arm) < CLOSED * h
             };
             if bodies.iter().any(covered) {
                 continue;
             }
-            let own = shape.meets_itself(&orientation, &foot, &n).map(|width| {
+            let own = shape.turned(&orientation).meets_itself(&foot, &n).map(|width| {
                 let beyond = orientation.inverse() * (foot + (width + CLOSED * h) * n);
                 let owner = obstacle.owner(&beyond);
                 let is_it = |other: &Body| {
@@ -84,15 +84,14 @@ impl Channel {
             });
             let others = bodies.iter().enumerate().filter_map(|(j, other)| {
                 let way = other.centre - at;
-                let turn = other.orientation();
-                let near = is_apart(other) && other.shape().distance(&turn, &-way) < most;
-                let width = if near { other.shape().meets(&turn, &way, &n) } else { None };
+                let near = is_apart(other) && other.distance(&-way) < most;
+                let width = if near { other.placed().turned().meets(&way, &n) } else { None };
                 Some((width?, j))
             });
             let facing = |width: f64, j: usize| {
                 let other = &bodies[j];
                 let arm = at + width * n - other.centre;
-                other.shape().normal(&other.orientation(), &arm).dot(&n) < FACING
+                other.placed().turned().nearest(&arm).normal.dot(&n) < FACING
             };
             let met = own.into_iter().chain(others).filter(|(width, j)| facing(*width, *j));
             let walls = met.map(|(width, j)| (width, case.called(j)));

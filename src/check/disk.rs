@@ -9,11 +9,11 @@
 
 use crate::Result;
 use crate::archive::{Archive, Target};
-use crate::config::{Cadence, Case, Checkpoints, FixedRows, Motion};
+use crate::config::{Cadence, Case, FixedRows, Motion};
 use crate::output::snapshot;
 use crate::petsc::Session;
 use crate::scene::Scene;
-use crate::words::{number, size, whole};
+use crate::words::{size, whole};
 use std::io;
 
 /// Bytes of a row of `steps.csv`, and of a particle that moves in `particles.csv`, in 2D and 3D, as
@@ -98,13 +98,8 @@ pub fn expected<const D: usize>(
 
 /// What a run will write: the folder, how often, how many and how much.
 pub fn describe(case: &Case, disk: &Disk) -> String {
-    let often = |cadence: &Cadence| match cadence {
-        Cadence::Steps(1) => "every step".to_owned(),
-        Cadence::Steps(n) => format!("every {n} steps"),
-        Cadence::Time(time) => format!("every {} s", number(*time)),
-    };
-    let fields =
-        case.output.fields.as_ref().map_or("of the first and the last state".to_owned(), often);
+    let fields = case.output.fields.as_ref();
+    let fields = fields.map_or("of the first and the last state".to_owned(), Cadence::describe);
     let mut words = format!(
         "output       into runs/{}, unless --out names another folder: fields {fields}, {} \
         snapshots of {}",
@@ -113,19 +108,13 @@ pub fn describe(case: &Case, disk: &Disk) -> String {
         size(disk.snapshot)
     );
     if !case.particle.is_empty() {
-        words +=
-            &format!("; particles.csv {}, {}", often(&case.output.rows()), size(disk.particles));
+        let often = case.output.rows().describe();
+        words += &format!("; particles.csv {often}, {}", size(disk.particles));
     }
     if let Some((history, bytes)) = case.pressure.history.cadence().zip(disk.solves) {
-        words += &format!("; solves.csv {}, {}", often(&history), size(bytes));
+        words += &format!("; solves.csv {}, {}", history.describe(), size(bytes));
     }
-    let checkpoint = match case.output.checkpoint {
-        Checkpoints::Steps(n) => format!("every {n} steps"),
-        Checkpoints::WallMinutes(minutes) => format!("every {} minutes", number(minutes)),
-    };
-    words
-        + &format!(
-            "; a checkpoint {checkpoint}, of which two of {} are kept",
-            size(disk.checkpoint)
-        )
+    let kept = size(disk.checkpoint);
+    let often = case.output.checkpoint.describe();
+    words + &format!("; a checkpoint {often}, of which two of {kept} are kept")
 }

@@ -3,9 +3,11 @@
 use super::layer::{largest_speed, number_of_flow};
 use super::particles::{doubled, sticks};
 use crate::Result;
-use crate::config::{Case, Side};
+use crate::config::{AXES, Case, Particle, Side, Stream};
 use crate::scene::Scene;
+
 use crate::words::{brief, number, rounded};
+use mics_run::summary::Need;
 
 /// Part of a velocity that the divergence left by the pressure may change over the box: a tenth of
 /// the best accuracy that forces are found to (0.1 %), so that it is never what limits them.
@@ -14,55 +16,26 @@ const EXACT: f64 = 1e-4;
 /// of the iterations.
 const TIGHT: f64 = 1e-2;
 
-/// The box, its fluid, what is given at its sides and what drives it.
-pub fn describe_box<const D: usize>(case: &Case, h: &[f64; D]) -> Vec<String> {
-    let times = |v: &[f64]| v.iter().map(|x| number(*x)).collect::<Vec<_>>().join(" x ");
-    let cells = case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
-    let h = h.iter().map(|h| format!("{h:.4e}")).collect::<Vec<_>>().join(" x ");
-    let mut lines = vec![
-        format!("case         {} ({D}D)", case.name),
-        format!("domain       {} m, {cells} cells, h = {h} m", times(&case.domain.size)),
-        format!(
-            "fluid        density {} kg/m3, viscosity {} Pa s, {}",
-            number(case.fluid.density),
-            number(case.fluid.viscosity),
-            match case.fluid.gravity.iter().all(|g| *g == 0.0) {
-                true => "no gravity".to_owned(),
-                false => format!("gravity {:?} m/s2", case.fluid.gravity),
-            }
-        ),
-    ];
-    let sides = case.sides().map(|(name, side)| format!("{name} {}", side.describe()));
-    lines.push(format!("boundary     {}", sides.collect::<Vec<_>>().join(", ")));
-    lines.extend(outwards(case).into_iter().chain(sticks(case)));
-    lines.extend(case.drive.as_ref().map(|drive| format!("drive        {}", drive.describe())));
-    if let Some(axis) = case.falls_as_a_whole() {
-        let x = ["x", "y", "z"][axis];
-        lines.push(format!(
-            "note         nothing holds this periodic box along {x}: fluid and particles \
-            accelerate by the particles' weight; drive.mean_velocity = {{ axis = \"{x}\", value = \
-            0.0 }} holds it"
-        ));
+/// The box, its fluid, what is given at its sides and what drives it, with what may be wrong there.
+pub fn describe_box(case: &Case) -> Vec<String> {
+    let mut lines = Vec::new();
+    for line in case.describe_box() {
+        lines.push(line.to_string());
+        if line.label == "boundary" {
+            lines.extend(outwards(case).into_iter().chain(sticks(case)));
+            lines.extend(falls_as_a_whole(case));
+        }
     }
-    lines.extend(
-        case.initial.from.as_ref().map(|run| format!("begins       where {run} has come to")),
-    );
     lines.extend(doubled(case));
     lines
 }
 
 /// The Reynolds number of the stream, by the largest particle or the height of the box.
 pub fn reynolds(case: &Case) -> Option<String> {
-    let speed = case.reference_speed().filter(|_| case.fluid.viscosity > 0.0)?;
-    let nu = case.fluid.viscosity / case.fluid.density;
-    let diameter = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
-    let (length, of) = match diameter > 0.0 {
-        true => (diameter, "largest diameter"),
-        false => (case.domain.size[1], "height"),
-    };
+    let Stream { speed, length, of, reynolds } = case.stream()?;
     Some(format!(
         "Reynolds     {} (speed {} m/s, {of} {} m)",
-        number_of_flow(speed * length / nu),
+        number_of_flow(reynolds),
         number(speed),
         rounded(length)
     ))
@@ -70,14 +43,28 @@ pub fn reynolds(case: &Case) -> Option<String> {
 
 /// What solves for the pressure, how far, and what a step needs beside.
 pub fn describe_pressure<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
-    let solver = scene.solver()?;
-    let limit = case.pressure.divergence_limit;
-    let mut lines = vec![format!("pressure     {solver}, until |D| < {limit:e} 1/s")];
+    let mut lines = vec![case.describe_pressure(&scene.solver()?).to_string()];
     lines.extend(tight_pressure(case));
-    for (what, needed, why) in scene.needs() {
+    for Need { what, needed, why } in scene.needs() {
         lines.push(format!("{:<13}{what}: {why}", if needed { "needs" } else { "skips" }));
     }
     Ok(lines)
+}
+
+/// A periodic box of free bodies, which accelerates as a whole along gravity where nothing holds
+/// it.
+fn falls_as_a_whole(case: &Case) -> Option<String> {
+    let free = case.particle.iter().all(Particle::is_free);
+    let heavy = case.particle.iter().any(|p| p.density() != case.fluid.density);
+    let boxed = (0..case.dimension()).all(|axis| case.periodic(axis));
+    let x = AXES[case.fluid.gravity.iter().position(|g| *g != 0.0)?];
+    (free && heavy && boxed && case.drive.is_none()).then(|| {
+        format!(
+            "note         nothing holds this periodic box along {x}: fluid and particles \
+            accelerate by the particles' weight; drive.mean_velocity = {{ axis = \"{x}\", value = \
+            0.0 }} holds it"
+        )
+    })
 }
 
 /// Inflows that take the fluid away.
@@ -88,8 +75,8 @@ pub fn outwards(case: &Case) -> Vec<String> {
     };
     let sides = case.sides().enumerate().filter(|(face, (_, side))| leaves(*face, side));
     let words = |(face, (name, _)): (usize, (&str, &Side))| {
-        let (x, sign) =
-            (["x", "y", "z"][face / 2], if face % 2 == 0 { "positive" } else { "negative" });
+        let x = AXES[face / 2];
+        let sign = if face % 2 == 0 { "positive" } else { "negative" };
         format!(
             "warning      the inflow at {name} leaves the box there; one that enters it has a \
             {sign} velocity along {x}"

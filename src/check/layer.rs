@@ -8,7 +8,7 @@
 //!   delta                             [`boundary_layer`]
 //! ```
 
-use crate::config::{Case, Motion, Particle, Side};
+use crate::config::{AXES, Case, Motion, Particle, Side};
 use crate::drag::{boundary_layer, terminal_speed};
 use crate::words::{brief, whole};
 
@@ -18,90 +18,88 @@ const LEAST_REYNOLDS: f64 = 10.0;
 /// Reynolds number beyond which the units are in doubt.
 const DOUBTFUL: f64 = 1e6;
 
-/// The body whose layer is the thinnest beside the spacing, and what is known of it.
+/// What a boundary layer lies beside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Beside {
+    /// The body of this number, which falls, or rises, at the speed of its layer.
+    Falling(usize),
+    /// The body of this number, which is held in a stream or moved as told.
+    Held(usize),
+    /// The walls of the box across this axis.
+    Walls(usize),
+}
+
+/// A boundary layer, and what is known of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer {
-    /// Its number.
-    pub particle: usize,
-    /// Whether it falls (or rises) at this speed; else it is held in a stream or moved as told.
-    pub falls: bool,
+    /// What it lies beside.
+    pub beside: Beside,
+    /// Diameter of the body, or distance of the walls (m).
+    pub length: f64,
     /// Largest speed expected (m/s).
     pub speed: f64,
-    /// Reynolds number of the speed and the diameter.
+    /// Reynolds number of the speed and the length.
     pub reynolds: f64,
-    /// Thickness of the layer at its front (m); infinite where there is none.
+    /// Thickness (m), of a body at its front; infinite where there is none.
     pub thickness: f64,
-    /// Its diameter (m).
-    pub diameter: f64,
 }
 
 impl Layer {
-    /// The thinnest layer of a case, in diameters of its body; `None` where nothing moves past a
-    /// body.
-    pub fn thinnest(case: &Case) -> Option<Layer> {
-        let layers = case.particle.iter().enumerate().filter_map(|(id, p)| Layer::of(case, id, p));
-        layers.min_by(|a, b| {
+    /// The layer that the grid has to resolve: that of a body, or else that of the walls.
+    fn thinnest(case: &Case) -> Option<Layer> {
+        Layer::of_bodies(case).or_else(|| Layer::of_walls(case))
+    }
+
+    /// The thinnest of a body, in diameters; `None` where nothing moves past a body.
+    pub fn of_bodies(case: &Case) -> Option<Layer> {
+        let nu = case.fluid.kinematic_viscosity();
+        let stream = case.reference_speed().or_else(|| case.driven_speed()).unwrap_or(0.0);
+        let layers = case.particle.iter().enumerate().map(|(id, p)| {
+            let length = p.shape.diameter();
+            let beside = if p.is_free() { Beside::Falling(id) } else { Beside::Held(id) };
+            let speed = own_speed(case, p) + if p.is_free() { 0.0 } else { stream };
+            let reynolds = speed * length / nu;
+            let thickness = boundary_layer(length, reynolds);
+            Layer { beside, length, speed, reynolds, thickness }
+        });
+        layers.filter(|layer| layer.speed > 0.0 && nu > 0.0).min_by(|a, b| {
             a.thickness.total_cmp(&b.thickness).then(b.reynolds.total_cmp(&a.reynolds))
         })
     }
 
-    fn of(case: &Case, particle: usize, p: &Particle) -> Option<Layer> {
-        let diameter = p.shape.diameter();
-        let nu = case.fluid.viscosity / case.fluid.density;
-        let falls = p.is_free();
-        let stream = case.reference_speed().or_else(|| case.driven_speed()).unwrap_or(0.0);
-        let speed = own_speed(case, p) + if falls { 0.0 } else { stream };
-        let reynolds = speed * diameter / nu;
-        let known = speed > 0.0 && nu > 0.0;
-        let thickness = boundary_layer(diameter, reynolds);
-        known.then_some(Layer { particle, falls, speed, reynolds, thickness, diameter })
+    /// The thinnest along walls, in spacings, as thick as `L/sqrt(Re)` where they are L apart;
+    /// `None` where nothing flows along them fast enough.
+    fn of_walls(case: &Case) -> Option<Layer> {
+        let nu = case.fluid.kinematic_viscosity();
+        let speed = case.reference_speed().or_else(|| case.driven_speed())?;
+        let wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
+        let axes = (0..case.dimension()).filter(|axis| case.boundary.ends(*axis).any(wall));
+        let layers = axes.map(|axis| {
+            let length = case.domain.size[axis];
+            let reynolds = speed * length / nu;
+            let thickness = length / reynolds.sqrt();
+            Layer { beside: Beside::Walls(axis), length, speed, reynolds, thickness }
+        });
+        let spacings = |layer: &Layer| layer.thickness / layer.spacing(case);
+        layers
+            .filter(|layer| nu > 0.0 && layer.reynolds >= LEAST_REYNOLDS)
+            .min_by(|a, b| spacings(a).total_cmp(&spacings(b)))
     }
 
-    /// Cells a diameter that put a spacing into the layer; of a body held in a stream 1.4, below
+    /// The spacing (m) that has to resolve it.
+    fn spacing(&self, case: &Case) -> f64 {
+        match self.beside {
+            Beside::Walls(axis) => case.spacings()[axis],
+            _ => case.widest_spacing(),
+        }
+    }
+
+    /// Cells a length that put a spacing into the layer; of a body held in a stream 1.4, below
     /// which its drag depends on its place within a cell (a cylinder at Re = 100: 6 % at 8 cells,
     /// 2 % at 12).
     pub fn cells_needed(&self) -> f64 {
-        let spacings = if self.falls { 1.0 } else { 1.4 };
-        (spacings * self.diameter / self.thickness).ceil()
-    }
-}
-
-/// The layer along the walls of a box, as thick as `L/sqrt(Re)` where they are L apart.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Walls {
-    /// The axis across them.
-    pub axis: usize,
-    /// Largest speed expected (m/s).
-    pub speed: f64,
-    /// Reynolds number of the speed and L.
-    pub reynolds: f64,
-    /// Thickness (m).
-    pub thickness: f64,
-}
-
-impl Walls {
-    /// The thinnest in spacings; `None` where nothing flows along walls fast enough.
-    pub fn thinnest(case: &Case) -> Option<Walls> {
-        let (speed, nu) = (
-            case.reference_speed().or_else(|| case.driven_speed())?,
-            case.fluid.viscosity / case.fluid.density,
-        );
-        let walls = |axis: &usize| {
-            case.boundary.ends(*axis).any(|s| matches!(s, Side::Wall | Side::MovingWall(_)))
-        };
-        let of = |axis: usize| {
-            let length = case.domain.size[axis];
-            let reynolds = speed * length / nu;
-            Walls { axis, speed, reynolds, thickness: length / reynolds.sqrt() }
-        };
-        let spacings = case.spacings();
-        let all = (0..case.dimension())
-            .filter(walls)
-            .map(of)
-            .filter(|w| nu > 0.0 && w.reynolds >= LEAST_REYNOLDS);
-        all.min_by(|a, b| {
-            (a.thickness / spacings[a.axis]).total_cmp(&(b.thickness / spacings[b.axis]))
-        })
+        let spacings = if let Beside::Held(_) = self.beside { 1.4 } else { 1.0 };
+        (spacings * self.length / self.thickness).ceil()
     }
 }
 
@@ -129,10 +127,10 @@ pub fn largest_speed(case: &Case) -> f64 {
 /// stops it along one axis, it goes on along the others.
 pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     let gravity = &case.fluid.gravity;
-    let g = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let g = case.fluid.weight();
     let s = p.density() / case.fluid.density;
     let diameter = p.shape.diameter();
-    let nu = case.fluid.viscosity / case.fluid.density;
+    let nu = case.fluid.kinematic_viscosity();
     let weight = (s - 1.0).abs() * g;
     if weight == 0.0 {
         return 0.0;
@@ -153,79 +151,46 @@ pub fn fall_speed(case: &Case, p: &Particle) -> f64 {
     terminal.min(square.sum::<f64>().sqrt())
 }
 
-/// The boundary layer that the grid has to resolve: that of a body, or else that of the walls of
-/// the box.
+/// The boundary layer that the grid has to resolve.
 pub fn describe(case: &Case) -> Vec<String> {
-    let Some(layer) = Layer::thinnest(case) else { return wall_layer(case) };
-    let Layer { particle, falls, speed, reynolds, thickness, .. } = layer;
-    let h = case.spacings().into_iter().fold(0.0, f64::max);
-    let meets = if falls { "comes to" } else { "meets a flow of" };
-    let by = if falls { ", by its drag," } else { "," };
-    let mut line = format!(
-        "layer        {} {meets} {} m/s{by} Re = {}",
-        case.called(particle),
-        brief(speed),
-        number_of_flow(reynolds)
-    );
-    if thickness.is_infinite() {
+    let Some(layer) = Layer::thinnest(case) else { return Vec::new() };
+    let speed = brief(layer.speed);
+    let flow = match layer.beside {
+        Beside::Falling(id) => format!("{} comes to {speed} m/s, by its drag,", case.called(id)),
+        Beside::Held(id) => format!("{} meets a flow of {speed} m/s,", case.called(id)),
+        Beside::Walls(axis) => format!("along the walls across {}, at {speed} m/s,", AXES[axis]),
+    };
+    let line = format!("layer        {flow} Re = {}", number_of_flow(layer.reynolds));
+    if layer.thickness.is_infinite() {
         return vec![line + ": no boundary layer"];
     }
-    line += &format!(": a boundary layer of {thickness:.3e} m, {:.2} h", thickness / h);
-    let warning = thin_layer(case).map(|thin| format!("warning      {thin}{}", doubt(reynolds)));
-    [Some(line), warning].into_iter().flatten().collect()
-}
-
-/// That of the walls of the box, where the flow along them is fast enough for one.
-fn wall_layer(case: &Case) -> Vec<String> {
-    let Some(Walls { axis, speed, reynolds, thickness }) = Walls::thinnest(case) else {
-        return Vec::new();
-    };
-    let x = ["x", "y", "z"][axis];
-    let h = case.spacings()[axis];
-    let line = format!(
-        "layer        along the walls across {x}, at {} m/s, Re = {}: a boundary layer of \
-        {thickness:.3e} m, {:.2} h",
-        brief(speed),
-        number_of_flow(reynolds),
-        thickness / h
-    );
-    let warning = thin_layer(case).map(|thin| format!("warning      {thin}{}", doubt(reynolds)));
-    [Some(line), warning].into_iter().flatten().collect()
+    let thickness = layer.thickness;
+    let spacings = thickness / layer.spacing(case);
+    let warning =
+        thin_layer(case).map(|thin| format!("warning      {thin}{}", doubt(layer.reynolds)));
+    let line = format!("{line}: a boundary layer of {thickness:.3e} m, {spacings:.2} h");
+    [line].into_iter().chain(warning).collect()
 }
 
 /// The boundary layer, where the grid does not resolve it, and how many cells would.
 pub(crate) fn thin_layer(case: &Case) -> Option<String> {
-    let (whose, needed, there, thickness, h) = match (Layer::thinnest(case), Walls::thinnest(case))
-    {
-        (Some(layer), _) => {
-            let h = case.spacings().into_iter().fold(0.0, f64::max);
-            let needed = format!("{} cells a diameter", whole(layer.cells_needed()));
-            (
-                case.called(layer.particle),
-                needed,
-                format!("{:.1}", layer.diameter / h),
-                layer.thickness,
-                h,
-            )
+    let layer = Layer::thinnest(case)?;
+    let h = layer.spacing(case);
+    let needed = whole(layer.cells_needed());
+    let [whose, across, there] = match layer.beside {
+        Beside::Falling(id) | Beside::Held(id) => {
+            [case.called(id), "a diameter".into(), format!("{:.1}", layer.length / h)]
         }
-        (None, Some(Walls { axis, thickness, .. })) => {
-            let x = ["x", "y", "z"][axis];
-            let needed =
-                format!("{} cells along {x}", whole((case.domain.size[axis] / thickness).ceil()));
-            (
-                format!("the walls across {x}"),
-                needed,
-                case.domain.cells[axis].to_string(),
-                thickness,
-                case.spacings()[axis],
-            )
+        Beside::Walls(axis) => {
+            let x = AXES[axis];
+            let cells = case.domain.cells[axis].to_string();
+            [format!("the walls across {x}"), format!("along {x}"), cells]
         }
-        (None, None) => return None,
     };
-    (thickness < h).then(|| {
+    (layer.thickness < h).then(|| {
         format!(
-            "the boundary layer of {whose} is thinner than a spacing: {needed} would resolve it, \
-            and there are {there}"
+            "the boundary layer of {whose} is thinner than a spacing: {needed} cells {across} \
+            would resolve it, and there are {there}"
         )
     })
 }
@@ -254,14 +219,15 @@ mod tests {
             particle = [{{ shape = {{ disc = {{ diameter = 0.02 }} }}, position = {position}, \
             {more} }}]\n"
         );
-        Layer::thinnest(&crate::config::written(&text).unwrap()).unwrap()
+        Layer::of_bodies(&crate::config::written(&text).unwrap()).unwrap()
     }
 
     #[test]
     fn boundary_layer_of_paper_falling_cylinder() {
         let layer = thinnest("[0.015, 0.1]", "density = 1200.0");
+        assert_eq!(layer.beside, Beside::Falling(0));
         // By hand: U^2 = 2 0.2 g (pi d/4)/Cd, Cd = 1 + 10 Re^(-2/3) = 1.035 at Re = 4880.
-        assert!(layer.falls && (layer.reynolds / 4880.0 - 1.0).abs() < 0.01, "{layer:?}");
+        assert!((layer.reynolds / 4880.0 - 1.0).abs() < 0.01, "{layer:?}");
         assert!(
             (layer.thickness / 3.43e-4 - 1.0).abs() < 0.01 && layer.cells_needed() == 59.0,
             "{layer:?}"

@@ -117,7 +117,7 @@ fn describe<const D: usize>(
     let start_up = started.elapsed().as_secs_f64();
     refuse(loaded, &scene)?;
     let limits = scene.limits()?;
-    let mut lines = flow::describe_box(case, &scene.domain.grid.h);
+    let mut lines = flow::describe_box(case);
     lines.extend(particles::describe(case));
     lines.extend(flow::reynolds(case));
     lines.extend(layer::describe(case));

@@ -2,7 +2,7 @@
 //! contacts and overlaps.
 
 use crate::Result;
-use crate::config::{Case, Contact, Loaded, Obstacle, Particle, Shape, Side, WallRule};
+use crate::config::{Case, Line, Loaded, Obstacle, Particle, Shape, Side, WallRule};
 use crate::drag::terminal_speed;
 use crate::particles::Body;
 use crate::scene::Scene;
@@ -23,11 +23,7 @@ const USUAL: std::ops::Range<f64> = 0.01..100.0;
 
 /// The particles and their materials, with what may be wrong with them.
 pub fn describe(case: &Case) -> Vec<String> {
-    let words = [case.describe_particles(), case.describe_obstacles()].concat();
-    let mut lines: Vec<String> =
-        words.into_iter().map(|(label, words)| format!("{label:<13}{words}")).collect();
-    let materials = case.contact.iter().flat_map(Contact::describe);
-    lines.extend(materials.map(|words| format!("materials    {words}")));
+    let mut lines: Vec<String> = case.describe_bodies().iter().map(Line::to_string).collect();
     lines.extend(untouchable(case));
     lines.extend(unresolved(case));
     lines.extend(thin_obstacles(case));
@@ -81,8 +77,8 @@ pub fn sticks(case: &Case) -> Option<String> {
 
 /// Bodies that overlap at the start by so much that their springs throw them apart.
 pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> {
-    let (stored, g) =
-        (scene.state.energy.springs, case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt());
+    let stored = scene.state.energy.springs;
+    let g = case.fluid.weight();
     let free = || scene.state.bodies.iter().filter(|body| body.freedom().is_some());
     // What they would have from a fall by a hundredth of their diameters.
     let weight = |body: &Body| (body.mass() - case.fluid.density * body.volume()).abs() * g;
@@ -99,7 +95,7 @@ pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> 
 
 /// Cells across the thinnest part of any particle; `None` without particles.
 fn cells_across(case: &Case) -> Option<f64> {
-    let widest = case.spacings().into_iter().fold(0.0, f64::max);
+    let widest = case.widest_spacing();
     case.particle
         .iter()
         .map(|p| p.shape.thickness())
@@ -132,7 +128,7 @@ pub fn unresolved(case: &Case) -> Option<String> {
 
 /// Obstacles with parts that are too thin for the grid.
 fn thin_obstacles(case: &Case) -> Vec<String> {
-    let widest = case.spacings().into_iter().fold(0.0, f64::max);
+    let widest = case.widest_spacing();
     let thin = |(k, o): (usize, &Obstacle)| {
         let cells = o.wall().thickness() / widest;
         (cells < RESOLVED).then(|| {
@@ -152,11 +148,9 @@ fn thin_obstacles(case: &Case) -> Vec<String> {
 /// apart, n = 3 per metre of depth and 4 in 3D, their speed V in a gap of a spacing is less than a
 /// tenth of their terminal speed.
 pub fn flat_films(case: &Case) -> Option<String> {
-    let h = case.spacings().into_iter().fold(0.0, f64::max);
-    let (gravity, nu) = (
-        case.fluid.gravity.iter().map(|g| g * g).sum::<f64>().sqrt(),
-        case.fluid.viscosity / case.fluid.density,
-    );
+    let h = case.widest_spacing();
+    let gravity = case.fluid.weight();
+    let nu = case.fluid.kinematic_viscosity();
     let flat = |p: &Particle| matches!(p.shape.name(), "polygon" | "polyhedron");
     let faces = !case.obstacle.is_empty()
         || case.particle.iter().filter(|p| flat(p)).count() > 1

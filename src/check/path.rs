@@ -1,7 +1,7 @@
 //! Where prescribed bodies come to, and free ones along locked axes. That one reaches the boundary
 //! of the box, another one or a fixed one ends a run, and follows from how they are told to move.
 
-use crate::config::{Case, FACES, Side};
+use crate::config::{AXES, Case, FACES, Side};
 use crate::method::collision::refuse_collisions;
 use crate::particles::{Accelerations, Body};
 use crate::scene::Scene;
@@ -60,7 +60,7 @@ pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
             .map(|(axis, end)| {
                 let speed = body.velocity[axis].abs();
                 let way = if end == 1 { size[axis] - body.centre[axis] } else { body.centre[axis] }
-                    - body.shape().bounds(&body.orientation())[axis];
+                    - body.reach()[axis];
                 (state.time + way / speed, body.id, axis, end, speed)
             })
             .collect()
@@ -75,7 +75,7 @@ pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
             no velocity along it, or end the run before",
             brief(time),
             number(case.time.end),
-            ["x", "y", "z"][axis],
+            AXES[axis],
             brief(speed),
             FACES[2 * axis + end]
         )

@@ -85,7 +85,7 @@ fn long_beside_wall<const D: usize>(
     scene: &Scene<D>,
     limits: &Limits,
 ) -> Option<String> {
-    let h = case.spacings().into_iter().fold(0.0, f64::max);
+    let h = case.widest_spacing();
     let fastest = case.particle.iter().map(|p| fall_speed(case, p)).fold(0.0, f64::max);
     let dt = step_at(case, limits, fastest / 3.0);
     let stages = limits.scheme.stages_for(dt * limits.diffusion_rate);
@@ -99,7 +99,7 @@ fn long_beside_wall<const D: usize>(
         if face.is_multiple_of(2) { x } else { size - x }
     };
     let gap = |body: &Body| {
-        let bounds = body.shape().bounds(&body.orientation());
+        let bounds = body.reach();
         let gap = |(face, _): (usize, &Side)| distance(body, face) - bounds[face / 2];
         walls().map(gap).fold(f64::INFINITY, f64::min)
     };

@@ -105,11 +105,9 @@ fn too_soft<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact) -> Opt
     let bodies = &scene.state.bodies;
     let bound = impact(case, bodies);
     // The speed that a fall comes to by its drag, where that is known.
-    let speed = Layer::thinnest(case).map_or(bound.speed, |layer| layer.speed.min(bound.speed));
-    let (impact, radius) = (
-        Impact { speed, ..bound },
-        bodies.iter().fold(0.0f64, |most, body| most.max(body.radius())),
-    );
+    let speed = Layer::of_bodies(case).map_or(bound.speed, |layer| layer.speed.min(bound.speed));
+    let impact = Impact { speed, ..bound };
+    let radius = bodies.iter().fold(0.0f64, |most, body| most.max(body.radius()));
     let depth =
         |(stiffness, exponent): (f64, f64)| (impact.depth_at(stiffness, exponent), exponent);
     let (deepest, exponent) = given(law).map(depth).max_by(|a, b| a.0.total_cmp(&b.0))?;

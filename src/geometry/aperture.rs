@@ -15,9 +15,10 @@
 //! fluid and body has no divergence; of round bodies it is that of the section in the face's own
 //! plane, with which turning displaces nothing, in every cell.
 
+use super::Placed;
 use super::block::{Block, images};
-use super::{Filled, Placed, Tiles};
 use crate::grid::Grid;
+use mics_shapes::Tile;
 use nalgebra::Vector3;
 
 /// A face that a particle covers, in part or whole.
@@ -128,7 +129,7 @@ const LEAST: f64 = 1e-9;
 /// Fills `cuts`, and the `arms` from the particle's centre (its nearest image) to the faces'
 /// centres (m), in the same order, with the faces along `axis` of this rank's cells that a particle
 /// (or an image of it) covers; faces at boundaries of the box are not among them: what flows
-/// through those, the boundary says.
+/// through those, the boundary says; `planes` is scratch.
 ///
 /// The first and the last faces of a period are the same ones. Both are found from the first one's
 /// place, to the last digit: what flows out at one side comes in at the other.
@@ -136,7 +137,7 @@ pub fn cuts<const D: usize>(
     grid: &Grid<D>,
     axis: usize,
     body: &Placed,
-    tiles: &mut Tiles,
+    planes: &mut [Vec<f64>; 3],
     cuts: &mut Cuts<D>,
     arms: &mut Vec<Vector3<f64>>,
 ) {
@@ -147,10 +148,11 @@ pub fn cuts<const D: usize>(
     from[axis] += usize::from(grid.at_boundary(axis, 0));
     let closes = grid.periodic[axis] && to[axis] == grid.cells[axis];
     to[axis] += usize::from(!grid.at_boundary(axis, 1) && !closes);
-    find(grid, axis, body, tiles, (from, to), 0, cuts, arms);
+    find(grid, &Faces { axis, from, to, on: 0 }, body, planes, cuts, arms);
     if closes {
-        (from[axis], to[axis]) = (0, 1);
-        find(grid, axis, body, tiles, (from, to), grid.cells[axis], cuts, arms);
+        from[axis] = 0;
+        to[axis] = 1;
+        find(grid, &Faces { axis, from, to, on: grid.cells[axis] }, body, planes, cuts, arms);
     }
 }
 
@@ -160,7 +162,7 @@ pub fn cuts_at_sides<const D: usize>(
     grid: &Grid<D>,
     axis: usize,
     body: &Placed,
-    tiles: &mut Tiles,
+    planes: &mut [Vec<f64>; 3],
     cuts: &mut Cuts<D>,
     arms: &mut Vec<Vector3<f64>>,
 ) {
@@ -171,25 +173,32 @@ pub fn cuts_at_sides<const D: usize>(
         let mut to: [usize; D] = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
         from[axis] = side * grid.cells[axis];
         to[axis] = from[axis] + 1;
-        find(grid, axis, body, tiles, (from, to), 0, cuts, arms);
+        find(grid, &Faces { axis, from, to, on: 0 }, body, planes, cuts, arms);
     }
 }
 
-/// Those among the faces from the first to before the last of a block, which are `on` faces further
-/// along the axis.
-#[allow(clippy::too_many_arguments)]
+/// Faces along an axis.
+struct Faces<const D: usize> {
+    axis: usize,
+    /// The first one, and the one after the last.
+    from: [usize; D],
+    to: [usize; D],
+    /// How many faces further along the axis they lie.
+    on: usize,
+}
+
+/// Adds those of the faces that the body covers.
 fn find<const D: usize>(
     grid: &Grid<D>,
-    axis: usize,
+    faces: &Faces<D>,
     body: &Placed,
-    tiles: &mut Tiles,
-    (from, to): ([usize; D], [usize; D]),
-    on: usize,
+    planes: &mut [Vec<f64>; 3],
     cuts: &mut Cuts<D>,
     arms: &mut Vec<Vector3<f64>>,
 ) {
-    let Placed { shape, centre, orientation } = body;
-    let bounds = shape.bounds(orientation);
+    let Faces { axis, from, to, on } = *faces;
+    let Placed { shape, centre, .. } = body;
+    let bounds = body.turned().bounds();
     for image in images(grid, *shape, centre) {
         let place = |a: usize, x: f64| (x / grid.h[a] + if a == axis { 0.5 } else { 0.0 }).floor();
         let low = std::array::from_fn(|a| place(a, image[a] - bounds[a]));
@@ -197,13 +206,14 @@ fn find<const D: usize>(
         let place = |a: usize, n: usize| {
             (n as f64 - if a == axis { 0.5 } else { 0.0 }) * grid.h[a] - image[a]
         };
-        let Some(first) = tiles.set(&Block::between(low, high, from, to), place) else { continue };
+        let block = Block::between(low, high, from, to);
+        let Some(first) = block.set_planes(planes, place) else { continue };
         // The first one's index, and how many follow along the axis whose cells are this rank's.
         let further = |a: usize| if a == axis { on } else { 0 };
         let index = |a: usize| first[a] + further(a) + grid.ghosts - grid.start[a];
         let begin = (0..D).map(|a| index(a) * grid.stride[a]).sum::<usize>();
         let owned = (grid.start[axis] + grid.local[axis]).saturating_sub(first[axis] + on);
-        shape.tile(orientation, tiles, Some(axis), &mut |filled| {
+        body.turned().tile(planes, Some(axis), &mut |filled| {
             let (covered, open) = covered_part::<D>(filled);
             if covered < LEAST {
                 return;
@@ -221,7 +231,7 @@ fn find<const D: usize>(
 
 /// How much of the volume about a face is covered, and where its open part has its centroid, from
 /// the face's centre (m).
-fn covered_part<const D: usize>(filled: &Filled) -> (f64, [f64; D]) {
+fn covered_part<const D: usize>(filled: &Tile) -> (f64, [f64; D]) {
     let covered = filled.part.clamp(0.0, 1.0);
     let middle = filled.middle;
     if !(LEAST..=1.0 - LEAST).contains(&covered) {

@@ -51,6 +51,25 @@ impl<const D: usize> Block<D> {
         self.next.map(|_| (self.first, self.last))
     }
 
+    /// Sets the planes of the lattice whose boxes these are, of which number n along an axis lies
+    /// between the places n and n + 1 (m). Returns the first box, if there is any.
+    pub fn set_planes(
+        &self,
+        planes: &mut [Vec<f64>; 3],
+        place: impl Fn(usize, usize) -> f64,
+    ) -> Option<[usize; D]> {
+        let (first, last) = self.ends()?;
+        for (a, planes) in planes.iter_mut().enumerate() {
+            planes.clear();
+            if a < D {
+                planes.extend((first[a]..=last[a] + 1).map(|n| place(a, n)));
+            } else {
+                planes.extend([0.0; 2]);
+            }
+        }
+        Some(first)
+    }
+
     /// Whether all within so far (m) of a centre (m) along each axis is this rank's beyond doubt,
     /// without images.
     pub fn is_inside(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> bool {
@@ -67,19 +86,20 @@ impl<const D: usize> Block<D> {
     /// The owned cells within so far (m) of a centre (m) along each axis.
     pub fn owned(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> Block<D> {
         let to = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
-        Block::within(grid, centre, bounds, (grid.start, to))
+        Block::within(grid, centre, bounds, grid.start, to)
     }
 
     /// The same of the cells of all ranks.
     pub fn of_all(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> Block<D> {
-        Block::within(grid, centre, bounds, ([0; D], grid.cells))
+        Block::within(grid, centre, bounds, [0; D], grid.cells)
     }
 
     fn within(
         grid: &Grid<D>,
         centre: &Vector3<f64>,
         bounds: &Vector3<f64>,
-        (from, to): ([usize; D], [usize; D]),
+        from: [usize; D],
+        to: [usize; D],
     ) -> Block<D> {
         let cell = |a: usize, x: f64| (x / grid.h[a]).floor();
         let low = std::array::from_fn(|a| cell(a, centre[a] - bounds[a]));

@@ -3,7 +3,7 @@
 //! spread over the cut cells.
 
 use super::block::{Block, images};
-use super::{Placed, Tiles, round};
+use super::{Disc, Placed};
 use crate::grid::Grid;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -37,8 +37,8 @@ impl Overlap {
 pub enum Rule {
     /// The exact overlap.
     Exact,
-    /// Polygons with their missing area spread over the cut cells (2D); of discs up to two cells
-    /// across, exact.
+    /// Polygons of discs, with their missing area spread over the cut cells; exact of discs up to
+    /// two cells across, and of other shapes.
     Polygon,
 }
 
@@ -47,26 +47,24 @@ pub fn overlaps<const D: usize>(
     grid: &Grid<D>,
     body: &Placed,
     rule: Rule,
-    tiles: &mut Tiles,
+    planes: &mut [Vec<f64>; 3],
     overlaps: &mut Vec<Overlap>,
 ) {
-    let Placed { shape, centre, orientation } = body;
+    let shape = body.shape;
     overlaps.clear();
-    // No polygon through crossings of the grid lines is left of a disc that fits between them, and
-    // other shapes have none.
+    // No polygon through crossings of the grid lines is left of a disc that fits between them.
     let small = grid.h.iter().any(|h| 2.0 * shape.radius() <= 2.0 * h);
-    let has_none = || shape.polygon(&Vector3::zeros(), &half(grid)).is_none();
-    let rule = if small || has_none() { Rule::Exact } else { rule };
-    for image in images(grid, *shape, centre) {
-        let image = Placed { centre: image, ..*body };
-        match rule {
-            Rule::Exact => collect(grid, &image, tiles, overlaps),
-            Rule::Polygon => collect_polygons(grid, &image, overlaps),
+    let is_disc = shape.dimension() == 2 && shape.is_round();
+    let disc =
+        (rule == Rule::Polygon && is_disc && !small).then(|| Disc { radius: shape.radius() });
+    for centre in images(grid, shape, &body.centre) {
+        match &disc {
+            None => collect(grid, &Placed { centre, ..*body }, planes, overlaps),
+            Some(disc) => collect_polygons(grid, disc, &centre, overlaps),
         }
     }
-    if rule == Rule::Polygon {
-        let exact =
-            |o: &Overlap| shape.moments(orientation, &o.arm, &half(grid)).0 / grid.cell_volume();
+    if let Some(disc) = disc {
+        let exact = |o: &Overlap| disc.area_in(&o.arm, &half(grid)) / grid.cell_volume();
         let missing: f64 = overlaps.iter().map(|o| exact(o) - o.fraction).sum();
         let weight = |o: &Overlap| o.fraction * (1.0 - o.fraction);
         let total: f64 = overlaps.iter().map(weight).sum();
@@ -89,13 +87,14 @@ const LEAST: f64 = 1e-12;
 fn collect<const D: usize>(
     grid: &Grid<D>,
     body: &Placed,
-    tiles: &mut Tiles,
+    planes: &mut [Vec<f64>; 3],
     out: &mut Vec<Overlap>,
 ) {
-    let Placed { shape, centre, orientation } = body;
-    let block = Block::owned(grid, centre, &shape.bounds(orientation));
-    let Some(first) = tiles.set(&block, |a, n| n as f64 * grid.h[a] - centre[a]) else { return };
-    shape.tile(orientation, tiles, None, &mut |filled| {
+    let centre = &body.centre;
+    let block = Block::owned(grid, centre, &body.turned().bounds());
+    let place = |a: usize, n: usize| n as f64 * grid.h[a] - centre[a];
+    let Some(first) = block.set_planes(planes, place) else { return };
+    body.turned().tile(planes, None, &mut |filled| {
         let fraction = filled.part.clamp(0.0, 1.0);
         let at = std::array::from_fn(|a| first[a] + filled.at[a]);
         if let (true, Some(cell)) = (fraction > LEAST, grid.owned_index(at)) {
@@ -106,11 +105,15 @@ fn collect<const D: usize>(
 
 /// Adds the cells that one image touches, with their polygons: this rank's and, since the missing
 /// area is spread over all of a particle's cells, those of other ranks as [`ELSEWHERE`].
-fn collect_polygons<const D: usize>(grid: &Grid<D>, body: &Placed, out: &mut Vec<Overlap>) {
-    let Placed { shape, centre, orientation } = body;
-    let bounds = shape.bounds(orientation);
+fn collect_polygons<const D: usize>(
+    grid: &Grid<D>,
+    disc: &Disc,
+    centre: &Vector3<f64>,
+    out: &mut Vec<Overlap>,
+) {
+    let radius = disc.radius;
     let cell =
-        |sign: f64| std::array::from_fn(|a| ((centre[a] + sign * bounds[a]) / grid.h[a]).floor());
+        |sign: f64| std::array::from_fn(|a| ((centre[a] + sign * radius) / grid.h[a]).floor());
     let half = half(grid);
     for cell in Block::between(cell(-1.0), cell(1.0), [0; D], grid.cells) {
         let mut arm = Vector3::zeros();
@@ -118,13 +121,20 @@ fn collect_polygons<const D: usize>(grid: &Grid<D>, body: &Placed, out: &mut Vec
             arm[a] = (cell[a] as f64 + 0.5) * grid.h[a] - centre[a];
         }
         let whole: f64 = (0..D).map(|a| 2.0 * half[a]).product();
-        let polygon = || shape.polygon(&arm, &half).unwrap_or(0.0);
-        let fraction = round::whole_or_nothing(&arm, &half, shape.radius())
-            .unwrap_or_else(|| (polygon() / whole).clamp(0.0, 1.0));
+        let polygon = || (disc.polygon_in(&arm, &half) / whole).clamp(0.0, 1.0);
+        let fraction = whole_or_nothing(&arm, &half, radius).unwrap_or_else(polygon);
         if fraction > LEAST {
             out.push(Overlap { cell: grid.owned_index(cell).unwrap_or(ELSEWHERE), fraction, arm });
         }
     }
+}
+
+/// Whether all (1) or nothing (0) of a box lies inside of a disc of this radius (m).
+fn whole_or_nothing(middle: &Vector3<f64>, half: &Vector3<f64>, radius: f64) -> Option<f64> {
+    if (middle.abs() + half).norm() <= radius {
+        return Some(1.0);
+    }
+    ((middle.abs() - half).map(|x| x.max(0.0)).norm() >= radius).then_some(0.0)
 }
 
 /// Half edges of a cell (m).

@@ -205,10 +205,10 @@ pub fn add_to_cells<const D: usize>(
 }
 
 /// What a stage begins from, or ends at: `to = from + factor rate + dt (a_low + a_high)/2` in the
-/// cells; without `from`, in place.
+/// cells.
 pub fn step_cells<const D: usize>(
     grid: &Grid<D>,
-    from: Option<&VectorField<D>>,
+    from: &VectorField<D>,
     (factor, rate): (f64, &VectorField<D>),
     (dt, acceleration): (f64, &VectorField<D>),
     to: &mut VectorField<D>,
@@ -222,20 +222,9 @@ pub fn step_cells<const D: usize>(
                     let (low, high) =
                         (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
                     let terms = rate[axis][row.clone()].iter().zip(low).zip(high);
-                    let to = &mut to[row.clone()];
-                    match from {
-                        Some(from) => {
-                            for ((to, u), ((r, l), h)) in
-                                to.iter_mut().zip(&from[axis][row]).zip(terms)
-                            {
-                                *to = u + factor * r + 0.5 * dt * (l + h);
-                            }
-                        }
-                        None => {
-                            for (to, ((r, l), h)) in to.iter_mut().zip(terms) {
-                                *to = *to + factor * r + 0.5 * dt * (l + h);
-                            }
-                        }
+                    let fields = to[row.clone()].iter_mut().zip(&from[axis][row]);
+                    for ((to, u), ((r, l), h)) in fields.zip(terms) {
+                        *to = u + factor * r + 0.5 * dt * (l + h);
                     }
                 }
             }

@@ -24,7 +24,7 @@ pub(crate) fn refuse_collisions<const D: usize>(
             Some(_) => "give the case a [contact] table, or end the run before",
             None => "it moves as prescribed: end the run before, or change its motion",
         };
-        let bounds = body.shape().bounds(&body.orientation());
+        let bounds = body.reach();
         // An obstacle may cross the boundary of the box, and other obstacles.
         let obstacle = |b: &Body| b.shape().is_obstacle();
         let axes = ["x", "y", "z"].into_iter().enumerate().take(D);
@@ -69,21 +69,21 @@ fn overlap(body: &Body, other: &Body, apart: &Vector3<f64>) -> bool {
     }
     // From one to the nearest point of the other and back: between convex bodies this ends at their
     // gap, or within both.
-    let turn = body.orientation();
-    let its = other.orientation();
+    let own = body.placed();
+    let its = other.placed();
     let touch = 1e-9 * body.radius().min(other.radius());
     let mut point = *apart;
     for _ in 0..100 {
-        let s = body.shape().distance(&turn, &point);
-        if s <= touch {
+        let near = own.turned().nearest(&point);
+        if near.distance <= touch {
             return true;
         }
-        point -= s * body.shape().normal(&turn, &point) + apart;
-        let s = other.shape().distance(&its, &point);
-        if s <= touch {
+        point -= near.distance * near.normal + apart;
+        let near = its.turned().nearest(&point);
+        if near.distance <= touch {
             return true;
         }
-        point += apart - s * other.shape().normal(&its, &point);
+        point += apart - near.distance * near.normal;
     }
     false
 }

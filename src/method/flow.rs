@@ -10,8 +10,8 @@
 //! has to fade; I is of four cells there, `(-1, 9, 9, -1)/16`. The pressure at the start is that of
 //! the first moment.
 
-use super::momentum::{Listener, Mixture, Momentum};
-use super::stabilised::{Finish, Stabilised};
+use super::momentum::Mixture;
+use super::prediction::{Prediction, Walls, Within};
 use super::{Kind, Method};
 use crate::Result;
 use crate::clock::Stage;
@@ -37,8 +37,8 @@ pub struct Flow<const D: usize> {
     pub mixture: Mixture,
     /// `1/rho` on faces (m3/kg).
     pub beta: FaceCoefficient<D>,
-    /// The terms of (7).
-    pub momentum: Momentum<D>,
+    /// (7).
+    prediction: Prediction<D>,
     /// Whether cells take (16) as printed.
     pub cell_gradient: bool,
     /// Acceleration by pressure and drive on faces (m/s2), of the pressure at the start of the step
@@ -51,10 +51,29 @@ pub struct Flow<const D: usize> {
     /// What bodies fill of the cells, ghosts filled; `None` where the drive acts on these as well,
     /// or there is none.
     pub solid: Option<Vec<f64>>,
-    /// Velocity that a stage after the first starts from (m/s).
-    stage: VectorField<D>,
-    /// What steps need that viscosity would bind; `None` where the scheme does not have them.
-    stabilised: Option<Stabilised<D>>,
+}
+
+/// The sides of the box alone.
+pub struct NoBodies;
+
+impl<const D: usize> Walls<D> for NoBodies {
+    /// The faces take it by themselves.
+    const PRESSURE: f64 = 0.0;
+
+    fn finish(
+        &mut self,
+        domain: &mut Domain<D>,
+        _: &State<D>,
+        within: Within,
+        _: f64,
+        u: &mut VectorField<D>,
+    ) -> Result<()> {
+        if !matches!(within, Within::End) {
+            domain.boundaries.fill_velocity(u)?;
+            domain.clock.lap(Stage::Ghosts);
+        }
+        Ok(())
+    }
 }
 
 /// The step where there are no bodies.
@@ -65,7 +84,7 @@ impl<const D: usize> Method<D> for Flow<D> {
 
     fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         // (7) u* without pressure
-        self.predict_cells(domain, s, dt, None)?;
+        self.predict_cells(domain, s, dt, &mut NoBodies)?;
         // (8) U = mean of u* - dt/rho dp^n/dn
         self.predict_faces(domain, s, dt)?;
         // (13-15) C-HSMAC: |D| < D0
@@ -115,7 +134,7 @@ impl<const D: usize> Method<D> for Flow<D> {
     }
 
     fn scheme(&self) -> Scheme {
-        self.momentum.scheme
+        self.prediction.scheme
     }
 }
 
@@ -124,75 +143,34 @@ impl<const D: usize> Flow<D> {
     pub fn new(
         domain: &Domain<D>,
         mixture: Mixture,
-        momentum: Momentum<D>,
+        prediction: Prediction<D>,
         cell_gradient: bool,
     ) -> Flow<D> {
         let grid = &domain.grid;
-        let one_stage = momentum.scheme.weights.len() == 1;
         Flow {
             beta: FaceCoefficient::new(grid, &mixture.density),
             mixture,
-            stabilised: Stabilised::new(grid, &momentum.scheme),
-            momentum,
+            prediction,
             cell_gradient,
             acceleration: grid.vector_field(),
             own: None,
             solid: None,
-            stage: if one_stage {
-                std::array::from_fn(|_| Vec::new())
-            } else {
-                grid.vector_field()
-            },
         }
     }
 
-    /// (7) by the scheme's stages; the pressure of the last step takes part in the stages and not
-    /// in u*. Collective.
+    /// (7) with the last pressure in the stages and not in u*. Collective.
     pub fn predict_cells(
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
         dt: f64,
-        mut listener: Option<Listener<D>>,
+        walls: &mut impl Walls<D>,
     ) -> Result<()> {
         let _logged = domain.session.log(LogStage::Prediction)?;
-        if let Some(stabilised) = &mut self.stabilised
-            && stabilised.is_for(domain, &self.momentum.scheme, dt)
-        {
-            domain.boundaries.fill_velocity(&mut s.u)?;
-            domain.clock.lap(Stage::Ghosts);
-            let finish: Finish<D> = &mut |domain, _, _, u| {
-                domain.boundaries.fill_velocity(u)?;
-                domain.clock.lap(Stage::Ghosts);
-                Ok(())
-            };
-            let momentum = &mut self.momentum;
-            let a = &self.acceleration;
-            stabilised.predict(momentum, domain, s, &self.mixture, a, dt, finish)?;
-            // The faces take it by themselves.
-            faces::add_to_cells(&domain.grid, -dt, &self.acceleration, &mut s.u);
-            domain.clock.lap(Stage::Update);
-            return Ok(());
-        }
-        for k in 0..self.momentum.scheme.weights.len() {
-            if k > 0 {
-                self.momentum.start_stage(domain, k, &s.u, &self.acceleration, dt, &mut self.stage);
-            }
-            domain.boundaries.fill_velocity(if k == 0 { &mut s.u } else { &mut self.stage })?;
-            domain.clock.lap(Stage::Ghosts);
-            let (u, carrier) =
-                (if k == 0 { &s.u } else { &self.stage }, self.momentum.carrier(s, dt));
-            let listener = listener.as_mut().map(|hear| &mut **hear as Listener<D>);
-            self.momentum.add_stage(domain, k, &self.mixture, &carrier, u, dt, listener)?;
-        }
-        for (u, rate) in s.u.iter_mut().zip(self.momentum.rate()) {
-            for row in domain.grid.rows() {
-                for (u, rate) in u[row.clone()].iter_mut().zip(&rate[row]) {
-                    *u += dt * rate;
-                }
-            }
-        }
-        domain.clock.lap(Stage::Update);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        domain.clock.lap(Stage::Ghosts);
+        let Flow { prediction, mixture, acceleration, .. } = self;
+        prediction.predict(domain, s, mixture, acceleration, dt, walls)?;
         Ok(())
     }
 
@@ -333,7 +311,7 @@ impl<const D: usize> Flow<D> {
         }
         let dt = START / rate;
         let kept = (s.u.clone(), s.faces.clone(), s.faces_before.clone());
-        self.predict_cells(domain, s, dt, None)?;
+        self.predict_cells(domain, s, dt, &mut NoBodies)?;
         self.predict_faces(domain, s, dt)?;
         self.project(domain, s, dt)?;
         (s.u, s.faces, s.faces_before) = kept;

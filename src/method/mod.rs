@@ -7,8 +7,8 @@ pub mod energy;
 pub mod flow;
 pub mod mics2003;
 pub mod momentum;
+pub mod prediction;
 pub mod sharp;
-mod stabilised;
 
 use crate::Result;
 use crate::contact::Contacts;

@@ -1,10 +1,8 @@
-//! The momentum equation (7) without its pressure, in the stages of a Runge-Kutta scheme:
+//! The momentum equation (7) without its pressure, of the velocities of the stages of a step:
 //!
 //! ```text
 //!   rate = sum_k w_k [ -div(U u_k) + div( mu (grad u_k + grad u_k^T) )/rho + f/rho ]
 //!              f: forces per volume ([`crate::force`])
-//!   u_k  = u + dt ( c_k rate + b_k a )
-//!              for the stages after the first, a the acceleration by the last pressure
 //! ```
 
 use crate::Result;
@@ -12,9 +10,7 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::{Coefficient, Grid, VectorField};
 use crate::kernels::advection::{self, Carrier, Fluxes};
-use crate::kernels::{diffusion, faces};
-use crate::scheme::Scheme;
-use crate::state::State;
+use crate::kernels::diffusion;
 
 /// What fills the cells.
 #[derive(Clone, Debug)]
@@ -56,12 +52,25 @@ pub enum Term {
 }
 
 /// Hears of each term of (7) before (-1) and after (1) the rate of the cells (m/s2) has it.
-pub type Listener<'a, const D: usize> = &'a mut dyn FnMut(&Grid<D>, Term, f64, &VectorField<D>);
+pub type Hears<'a, const D: usize> = &'a mut dyn FnMut(&Grid<D>, Term, f64, &VectorField<D>);
+
+/// A velocity whose rate is taken.
+#[derive(Clone, Copy)]
+pub struct Rated<'a, const D: usize> {
+    /// The velocity (m/s), ghosts filled.
+    pub u: &'a VectorField<D>,
+    /// The face velocities that carry it.
+    pub carrier: &'a Carrier<'a, D>,
+    /// The step (s).
+    pub dt: f64,
+    /// How much of the rate counts.
+    pub weight: f64,
+    /// Whether it replaces what was there.
+    pub fresh: bool,
+}
 
 /// The terms of (7) and their scratch.
 pub struct Momentum<const D: usize> {
-    /// The time scheme.
-    pub scheme: Scheme,
     advection: Advection<D>,
     /// Weighted sum of the stages' rates (m/s2).
     rate: VectorField<D>,
@@ -71,16 +80,10 @@ pub struct Momentum<const D: usize> {
 }
 
 impl<const D: usize> Momentum<D> {
-    /// The terms by a scheme and an advection.
-    pub fn new(
-        grid: &Grid<D>,
-        scheme: Scheme,
-        advection: Advection<D>,
-        mixture: &Mixture,
-    ) -> Momentum<D> {
+    /// The terms by an advection.
+    pub fn new(grid: &Grid<D>, advection: Advection<D>, mixture: &Mixture) -> Momentum<D> {
         let varies = matches!(mixture.viscosity, Coefficient::Field(_));
         Momentum {
-            scheme,
             advection,
             rate: grid.vector_field(),
             fluxes: Fluxes::new(grid),
@@ -94,77 +97,23 @@ impl<const D: usize> Momentum<D> {
         matches!(self.advection, Advection::Upwind5)
     }
 
-    /// The face velocities that carry in a step of `dt` (s): in the middle of it, for schemes of
-    /// second order, which keep those of the step before.
-    pub fn carrier<'a>(&self, s: &'a State<D>, dt: f64) -> Carrier<'a, D> {
-        let extrapolates = !s.faces_before[0].is_empty() && s.dt > 0.0;
-        let before = extrapolates.then(|| (&s.faces_before, 0.5 * dt / s.dt));
-        Carrier { now: &s.faces, before }
-    }
-
-    /// The velocity `u` (m/s) that the stage `k`, not the first, of a step of `dt` (s) starts from.
-    pub fn start_stage(
-        &self,
-        domain: &mut Domain<D>,
-        k: usize,
-        start: &VectorField<D>,
-        acceleration: &VectorField<D>,
-        dt: f64,
-        u: &mut VectorField<D>,
-    ) {
-        let (of_rate, of_pressure) = self.scheme.stages[k - 1];
-        let rate = (dt * of_rate, &self.rate);
-        let acceleration = (dt * of_pressure, acceleration);
-        faces::step_cells(&domain.grid, Some(start), rate, acceleration, u);
-        domain.clock.lap(Stage::Update);
-    }
-
-    /// Adds the stage `k` with its velocity `u` (m/s), ghosts filled; the first stage replaces what
-    /// was there. Collective.
-    #[allow(clippy::too_many_arguments)]
-    pub fn add_stage(
-        &mut self,
-        domain: &mut Domain<D>,
-        k: usize,
-        mixture: &Mixture,
-        carrier: &Carrier<D>,
-        u: &VectorField<D>,
-        dt: f64,
-        listener: Option<Listener<D>>,
-    ) -> Result<()> {
-        self.add_weighted(
-            domain,
-            (self.scheme.weights[k], k == 0),
-            mixture,
-            carrier,
-            u,
-            dt,
-            listener,
-        )
-    }
-
     /// Exchanges the rate for what is in `kept` (m/s2).
     pub fn swap_rate(&mut self, kept: &mut VectorField<D>) {
         std::mem::swap(&mut self.rate, kept);
     }
 
-    /// Adds the rate of the velocity `u` (m/s), ghosts filled, times a weight; a fresh one replaces
-    /// what was there. Without a listener and in one fluid, advection and diffusion are one pass.
-    /// Collective.
-    #[allow(clippy::too_many_arguments)]
-    pub fn add_weighted(
+    /// Adds the rate of a velocity. Without what hears, and in one fluid, advection and diffusion
+    /// are one pass. Collective.
+    pub fn add(
         &mut self,
         domain: &mut Domain<D>,
-        (weight, fresh): (f64, bool),
         mixture: &Mixture,
-        carrier: &Carrier<D>,
-        u: &VectorField<D>,
-        dt: f64,
-        listener: Option<Listener<D>>,
+        rated: &Rated<D>,
+        hears: Option<Hears<D>>,
     ) -> Result<()> {
-        let in_one_pass = listener.is_none()
-            && mixture.is_uniform()
-            && matches!(self.advection, Advection::Upwind5);
+        let Rated { u, carrier, weight, fresh, .. } = *rated;
+        let in_one_pass =
+            hears.is_none() && mixture.is_uniform() && matches!(self.advection, Advection::Upwind5);
         if in_one_pass {
             let nu = mixture.viscosity.at(0) / mixture.density.at(0);
             let rate = &mut self.rate;
@@ -173,8 +122,7 @@ impl<const D: usize> Momentum<D> {
             domain.clock.lap(Stage::Advection);
         } else {
             let mut nobody = |_: &Grid<D>, _, _, _: &VectorField<D>| ();
-            let hear = listener.unwrap_or(&mut nobody);
-            self.add_terms(domain, (weight, fresh), mixture, carrier, u, dt, hear)?;
+            self.add_terms(domain, mixture, rated, hears.unwrap_or(&mut nobody))?;
         }
         if let Some(forces) = &domain.forces {
             forces.add_to(&domain.grid, weight, &mixture.density, &mut self.rate);
@@ -183,42 +131,32 @@ impl<const D: usize> Momentum<D> {
         Ok(())
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn add_terms(
         &mut self,
         domain: &mut Domain<D>,
-        (weight, fresh): (f64, bool),
         mixture: &Mixture,
-        carrier: &Carrier<D>,
-        u: &VectorField<D>,
-        dt: f64,
-        hear: Listener<D>,
+        rated: &Rated<D>,
+        hear: Hears<D>,
     ) -> Result<()> {
-        if fresh {
+        if rated.fresh {
             self.rate.iter_mut().for_each(|f| f.fill(0.0));
         }
         hear(&domain.grid, Term::Convective, -1.0, &self.rate);
         domain.clock.lap(Stage::Force);
-        self.add_advection(domain, weight, carrier, u, dt)?;
+        self.add_advection(domain, rated)?;
         domain.clock.lap(Stage::Advection);
         hear(&domain.grid, Term::Convective, 1.0, &self.rate);
         hear(&domain.grid, Term::Viscous, -1.0, &self.rate);
         domain.clock.lap(Stage::Force);
-        self.add_diffusion(&domain.grid, weight, mixture, u);
+        self.add_diffusion(&domain.grid, mixture, rated);
         domain.clock.lap(Stage::Diffusion);
         hear(&domain.grid, Term::Viscous, 1.0, &self.rate);
         domain.clock.lap(Stage::Force);
         Ok(())
     }
 
-    fn add_advection(
-        &mut self,
-        domain: &mut Domain<D>,
-        weight: f64,
-        carrier: &Carrier<D>,
-        u: &VectorField<D>,
-        dt: f64,
-    ) -> Result<()> {
+    fn add_advection(&mut self, domain: &mut Domain<D>, rated: &Rated<D>) -> Result<()> {
+        let Rated { u, carrier, dt, weight, .. } = *rated;
         let grid = &domain.grid;
         let rate = &mut self.rate;
         match &mut self.advection {
@@ -244,13 +182,8 @@ impl<const D: usize> Momentum<D> {
         Ok(())
     }
 
-    fn add_diffusion(
-        &mut self,
-        grid: &Grid<D>,
-        weight: f64,
-        mixture: &Mixture,
-        u: &VectorField<D>,
-    ) {
+    fn add_diffusion(&mut self, grid: &Grid<D>, mixture: &Mixture, rated: &Rated<D>) {
+        let Rated { u, weight, .. } = *rated;
         match &mixture.viscosity {
             Coefficient::Uniform(0.0) => {}
             Coefficient::Uniform(mu) => {

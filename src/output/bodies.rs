@@ -170,7 +170,7 @@ fn array(text: &mut String, name: &str, components: usize, values: impl IntoIter
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Disc, Solid};
+    use crate::geometry::Disc;
     use mics_run::bodies::read;
     use nalgebra::UnitQuaternion;
     use std::f64::consts::FRAC_PI_4;
@@ -203,7 +203,7 @@ mod tests {
         let path = dir.path().join("bodies.vtp");
         let square =
             mics_shapes::Polygon::new(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]], 0.0);
-        let shape = Arc::new(Solid(Arc::new(square.unwrap())));
+        let shape = Arc::new(square.unwrap());
         let mut body = Body::new(shape, 1.0, 0.0, Vector3::new(5.0, 5.0, 0.0));
         body.orientation = UnitQuaternion::from_scaled_axis(Vector3::z() * FRAC_PI_4);
         (body.velocity, body.spin) = (Vector3::new(1.0, 0.0, 0.0), Vector3::z());

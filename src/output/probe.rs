@@ -62,8 +62,7 @@ impl Probes {
                 let at = Vector3::from_fn(|a, _| place.get(a).copied().unwrap_or(0.0));
                 let around = s.bodies.iter().find_map(|body| {
                     let arm = nearest_image(&body.centre, &at, &periods);
-                    (body.shape().distance(&body.orientation(), &arm) < 0.0)
-                        .then(|| (body.id, body.velocity_at(&arm)))
+                    (body.distance(&arm) < 0.0).then(|| (body.id, body.velocity_at(&arm)))
                 });
                 let velocity =
                     around.map_or(Vector3::new(v[0], v[1], v[2]), |(_, velocity)| velocity);

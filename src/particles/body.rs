@@ -1,6 +1,6 @@
 //! A body: its shape, its state and what moves it.
 
-use super::Inertia;
+use super::{Inertia, RigidVelocity};
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::geometry::{Orientation, Placed, Shape};
@@ -82,6 +82,14 @@ impl Freedom {
     }
 }
 
+/// A shape with what searches ask of it.
+#[derive(Clone, Debug)]
+struct ShapeAtHand {
+    shape: Arc<dyn Shape>,
+    radius: f64,
+    round: bool,
+}
+
 /// A rigid body of one density.
 #[derive(Clone, Debug)]
 pub struct Body {
@@ -89,10 +97,7 @@ pub struct Body {
     pub id: usize,
     /// What messages call an obstacle.
     pub name: Option<Arc<str>>,
-    shape: Arc<dyn Shape>,
-    /// The shape's, at hand for searches, and whether it is round.
-    radius: f64,
-    round: bool,
+    shape: ShapeAtHand,
     /// Density (kg/m3).
     pub density: f64,
     /// Viscosity that its inside lends to the mixture (Pa s).
@@ -125,9 +130,7 @@ impl Body {
         Body {
             id: 0,
             name: None,
-            radius: shape.radius(),
-            round: shape.is_round(),
-            shape,
+            shape: ShapeAtHand { radius: shape.radius(), round: shape.is_round(), shape },
             density,
             viscosity,
             centre,
@@ -148,36 +151,43 @@ impl Body {
 
     /// Its shape.
     pub fn shape(&self) -> &dyn Shape {
-        &*self.shape
+        &*self.shape.shape
+    }
+
+    /// Its velocity and its spin.
+    pub fn rigid_velocity(&self) -> RigidVelocity {
+        RigidVelocity { velocity: self.velocity, spin: self.spin }
     }
 
     /// Radius of the sphere about its centre that holds all of it (m).
     pub fn radius(&self) -> f64 {
-        self.radius
+        self.shape.radius
     }
 
     /// Whether it is round: its turning is not seen.
     #[inline]
     pub fn is_round(&self) -> bool {
-        self.round
+        self.shape.round
     }
 
     /// How far it reaches from its centre along the axes of the box (m).
     pub fn reach(&self) -> Vector3<f64> {
-        if self.round {
-            return Vector3::repeat(self.radius);
-        }
-        self.shape.bounds(&self.orientation())
+        self.shape().turned(&self.orientation()).bounds()
     }
 
     /// What brings its own axes into those of the box; of a round body, which does not show it,
     /// nothing.
     pub fn orientation(&self) -> Orientation {
-        if self.round {
+        if self.shape.round {
             return Orientation::identity();
         }
         // Many small turns wear its length off.
         UnitQuaternion::new_normalize(*self.orientation).to_rotation_matrix()
+    }
+
+    /// The signed distance (m) of the point at `arm` (m) from its surface.
+    pub fn distance(&self, arm: &Vector3<f64>) -> f64 {
+        self.shape().turned(&self.orientation()).distance(arm)
     }
 
     /// Its shape at its place.
@@ -194,7 +204,7 @@ impl Body {
 
     /// Volume (m3; m2 in 2D, per metre of depth).
     pub fn volume(&self) -> f64 {
-        self.shape.volume()
+        self.shape().volume()
     }
 
     /// Mass (kg; per metre of depth in 2D).
@@ -204,8 +214,8 @@ impl Body {
 
     /// Moments of inertia about the centre (kg m2).
     pub fn inertia(&self) -> Inertia {
-        let own = self.shape.inertia(self.mass());
-        if self.round {
+        let own = self.shape().inertia_of(self.mass());
+        if self.shape.round {
             return Inertia::Same(own[(2, 2)]);
         }
         let orientation = self.orientation();
@@ -224,7 +234,7 @@ impl Body {
 
     /// Whether it is a wall of any shape, which knows the domain that it stands in.
     pub fn is_obstacle(&self) -> bool {
-        self.shape.is_obstacle()
+        self.shape().is_obstacle()
     }
 
     /// The directions in which forces move it, where they do.
@@ -234,7 +244,7 @@ impl Body {
 
     /// Whether what it fills can change: by its place or, unless round, by how it is turned.
     pub fn moves(&self) -> bool {
-        let turns = || self.spin != Vector3::zeros() && !self.round;
+        let turns = || self.spin != Vector3::zeros() && !self.shape.round;
         match self.motion {
             Motion::Free(_) | Motion::Prescribed(Some(_)) => true,
             Motion::Prescribed(None) => self.velocity != Vector3::zeros() || turns(),
@@ -261,7 +271,7 @@ impl Body {
             return Vector3::zeros();
         }
         self.translate(dt, accelerations, periods);
-        if !self.round {
+        if !self.shape.round {
             self.turn(dt, &accelerations.angular);
             return Vector3::zeros();
         }
@@ -321,12 +331,12 @@ impl Body {
 
     /// Its convex parts, which contacts see; none of a round body.
     pub fn parts(&self) -> &[Part] {
-        self.shape.parts()
+        self.shape().parts()
     }
 
     /// Fastest point of the body (m/s).
     pub fn top_speed(&self) -> f64 {
-        self.speed() + self.spin.norm() * self.radius
+        self.speed() + self.spin.norm() * self.shape.radius
     }
 }
 
@@ -359,8 +369,6 @@ impl Checkpointed for Body {
             spin,
             motion,
             shape: _,
-            radius: _,
-            round: _,
             density: _,
             viscosity: _,
         } = self;

@@ -6,10 +6,12 @@
 pub mod body;
 mod gap;
 mod inertia;
+mod load;
 mod neighbours;
 mod rotation;
 
 pub use body::{Accelerations, Body, Freedom, Motion, Oscillation, all_fixed, nearest_image};
 pub use gap::gap;
 pub use inertia::Inertia;
+pub use load::{Load, RigidVelocity};
 pub(crate) use neighbours::Neighbours;

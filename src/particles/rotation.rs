@@ -50,7 +50,7 @@ impl Body {
             self.spin += self.inertia().inverse_mass(&gained, &freedom);
             return;
         }
-        let own = self.shape().inertia(self.mass());
+        let own = self.shape().inertia_of(self.mass());
         let inverse = own.try_inverse().unwrap_or_else(Matrix3::zeros);
         let steps = (self.spin.norm() * h / ANGLE).ceil().max(1.0);
         let h = h / steps;
@@ -76,8 +76,9 @@ impl Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Orientation, Shape, SurfacePoint};
+    use crate::geometry::{Nearest, Shape, SurfacePoint};
     use crate::particles::{Accelerations, Freedom};
+    use mics_shapes::{Lattice, Part, Tile};
     use std::sync::Arc;
 
     /// A body of which only the inertia counts: its moments for a kilogram (m2).
@@ -94,16 +95,26 @@ mod tests {
         fn volume(&self) -> f64 {
             1.0
         }
-        fn inertia(&self, mass: f64) -> Matrix3<f64> {
-            mass * Matrix3::from_diagonal(&Vector3::from(self.0))
+        fn inertia(&self) -> Matrix3<f64> {
+            Matrix3::from_diagonal(&Vector3::from(self.0))
         }
-        fn distance(&self, _: &Orientation, arm: &Vector3<f64>) -> f64 {
-            arm.norm() - 1.0
+        fn thickness(&self) -> f64 {
+            2.0
         }
-        fn normal(&self, _: &Orientation, arm: &Vector3<f64>) -> Vector3<f64> {
-            arm.normalize()
+        fn nearest(&self, point: &Vector3<f64>) -> Nearest {
+            Nearest { distance: point.norm() - 1.0, normal: point.normalize() }
         }
         fn surface(&self, _: f64) -> Vec<SurfacePoint> {
+            Vec::new()
+        }
+        fn extent(&self, _: &Vector3<f64>) -> f64 {
+            1.0
+        }
+        fn tile(&self, _: &Lattice, _: &mut dyn FnMut(&Tile)) {}
+        fn parts(&self) -> &[Part] {
+            &[]
+        }
+        fn triangles(&self, _: f64) -> Vec<[Vector3<f64>; 3]> {
             Vec::new()
         }
     }

@@ -147,10 +147,6 @@ impl<const D: usize> Run<'_, D> {
     pub(super) fn write_run(&mut self, ended: Option<&str>) -> Result<()> {
         let options = self.session.options()?;
         let solver = self.scene.solver()?;
-        let needs = self.scene.needs();
-        let needs = needs
-            .iter()
-            .map(|(what, needed, why)| json!({"what": what, "needed": needed, "why": why}));
         let words: Vec<String> = std::env::args().collect();
         let record = json!({
             "version": env!("CARGO_PKG_VERSION"),
@@ -162,7 +158,7 @@ impl<const D: usize> Run<'_, D> {
             "host": host(), "pid": std::process::id(), "start": self.account.began, "end": ended,
             "resumed_after_step": self.restart.as_ref().map(Restart::step),
             "solver": solver,
-            "needs": needs.collect::<Vec<_>>(),
+            "needs": self.scene.needs(),
         });
         self.on_lead(|folder, _, _| folder.write_json("run.json", &record))
     }

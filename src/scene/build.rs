@@ -4,12 +4,13 @@ use crate::config::{self, Case, Side};
 use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps, Wall, WallSide};
 use crate::domain::Domain;
 use crate::drive::Drive;
-use crate::geometry::{Disc, Shape, Solid, Sphere};
+use crate::geometry::{Disc, Shape, Sphere};
 use crate::grid::{Coefficient, Grid};
 use crate::method::Method;
 use crate::method::flow::Flow;
 use crate::method::mics2003::Mics2003;
 use crate::method::momentum::{Advection, Mixture, Momentum};
+use crate::method::prediction::Prediction;
 use crate::method::sharp::{Sharp, ghost_width};
 use crate::numerics::PRESSURE_WEIGHT;
 use crate::particles::{Body, Freedom, Motion, Oscillation};
@@ -67,7 +68,7 @@ pub(super) fn obstacle(case: &Case, number: usize) -> Body {
     let o = &case.obstacle[number];
     let fluid = &case.fluid;
     let wall = o.wall();
-    let shape = Arc::new(Solid(wall.geometry().clone()));
+    let shape = wall.geometry().clone();
     let mut body = Body::new(shape, fluid.density, fluid.viscosity, vector(wall.centre()));
     if let config::Motion::Prescribed(told) = &o.motion {
         prescribe(&mut body, told);
@@ -79,7 +80,7 @@ pub(super) fn obstacle(case: &Case, number: usize) -> Body {
 pub(super) fn body(p: &config::Particle) -> Body {
     let radius = 0.5 * p.shape.diameter();
     let shape: Arc<dyn Shape> = match p.shape.solid() {
-        Some(solid) => Arc::new(Solid(solid.geometry().clone())),
+        Some(solid) => solid.geometry().clone(),
         None if p.shape.dimension() == 2 => Arc::new(Disc { radius }),
         None => Arc::new(Sphere { radius }),
     };
@@ -163,13 +164,14 @@ pub(super) fn method<const D: usize>(
             Advection::Qsi { from: grid.vector_field(), to: grid.vector_field() }
         }
     };
-    let momentum = Momentum::new(grid, scheme(case), advection, &mixture);
+    let momentum = Momentum::new(grid, advection, &mixture);
+    let prediction = Prediction::new(grid, scheme(case), momentum);
     // Where all bodies have left, walls are as sharp as before.
     let mixing = case.coupling.wall == config::WallRule::Mixing;
     if bodies.is_empty()
         && (case.particle.is_empty() || (mixing && case.particle.iter().all(|p| p.enter.is_none())))
     {
-        let mut flow = Flow::new(domain, mixture, momentum, mixing);
+        let mut flow = Flow::new(domain, mixture, prediction, mixing);
         flow.own = (!mixing).then_some(PRESSURE_WEIGHT);
         return Box::new(flow);
     }
@@ -177,8 +179,10 @@ pub(super) fn method<const D: usize>(
         || case.particle.iter().any(|p| p.enter.is_some());
     let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies, impact));
     match case.coupling.wall {
-        config::WallRule::Sharp => Box::new(Sharp::new(domain, bodies, mixture, momentum, law)),
-        config::WallRule::Mixing => Box::new(Mics2003::new(domain, bodies, mixture, momentum, law)),
+        config::WallRule::Sharp => Box::new(Sharp::new(domain, bodies, mixture, prediction, law)),
+        config::WallRule::Mixing => {
+            Box::new(Mics2003::new(domain, bodies, mixture, prediction, law))
+        }
     }
 }
 

@@ -5,24 +5,22 @@ use crate::Result;
 use crate::grid::Coefficient;
 use crate::method::Kind;
 use crate::particles::Body;
+use mics_run::summary::Need;
 
-/// What a scene may need, whether it does, and why.
-type Need = (&'static str, bool, String);
-
-/// A need with the reason for either case.
-fn need(what: &'static str, needed: bool, if_yes: &str, if_no: &str) -> Need {
-    (what, needed, (if needed { if_yes } else { if_no }).to_owned())
+/// A part of a step, whether it is needed, and why, for either case.
+fn need(what: &str, needed: bool, if_yes: &str, if_no: &str) -> Need {
+    let why = if needed { if_yes } else { if_no };
+    Need { what: what.to_owned(), needed, why: why.to_owned() }
 }
 
 impl<const D: usize> Scene<D> {
     /// What the scene needs and what it leaves out, each with its reason.
     pub fn needs(&self) -> Vec<Need> {
         let moves = !self.state.waiting.is_empty() || self.state.bodies.iter().any(Body::moves);
-        let fields = self.needs_of_pressure_and_viscosity(moves);
-        self.needs_of_bodies(moves).into_iter().chain(fields).collect()
+        [self.needs_of_bodies(moves), self.needs_of_fields(moves)].concat()
     }
 
-    fn needs_of_bodies(&self, moves: bool) -> [Need; 5] {
+    fn needs_of_bodies(&self, moves: bool) -> Vec<Need> {
         let there = !self.state.waiting.is_empty() || !self.state.bodies.is_empty();
         let falls = self.largest_fall() > 0.0;
         let free = self.state.has_free_bodies();
@@ -31,11 +29,9 @@ impl<const D: usize> Scene<D> {
             Kind::Sharp => "fractions, sharp surfaces, force",
             _ => "fractions, mixing, force",
         };
-        let no_contacts = match free {
-            true => "the case has no [contact]",
-            false => "no particle is free to touch another",
-        };
-        let no_fall = match (self.domain.fluid.gravity.norm() > 0.0, free) {
+        let held =
+            if free { "the case has no [contact]" } else { "no particle is free to touch another" };
+        let weightless = match (self.domain.fluid.gravity.norm() > 0.0, free) {
             (false, _) => "the case has none",
             (true, true) => {
                 "free particles weigh as much as the fluid; its weight is in the pressure"
@@ -46,48 +42,41 @@ impl<const D: usize> Scene<D> {
             }
         };
         let in_reach = "where two are in reach; none in reach, no substeps";
-        let no_motion = "no particle is free to move";
-        [
+        let heavy = "free particles of another density than the fluid's";
+        let still = "nothing moves: found once";
+        let fixed = "no particle is free to move";
+        vec![
             need(fractions, there, "there are particles", "no particles"),
-            need("fractions at every step", moves, "a particle moves", "nothing moves: found once"),
-            need("particle motion (17, 18)", free, "a particle is free", no_motion),
-            need("contacts (20-25)", touches, in_reach, no_contacts),
-            need("gravity", falls, "free particles of another density than the fluid's", no_fall),
+            need("fractions at every step", moves, "a particle moves", still),
+            need("particle motion (17, 18)", free, "a particle is free", fixed),
+            need("contacts (20-25)", touches, in_reach, held),
+            need("gravity", falls, heavy, weightless),
         ]
     }
 
-    fn needs_of_pressure_and_viscosity(&self, moves: bool) -> [Need; 5] {
+    fn needs_of_fields(&self, moves: bool) -> Vec<Need> {
         let mixture = self.method.mixture();
         let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
         let sharp = self.method.kind() == Kind::Sharp;
         let varies = sharp || field(&mixture.density);
-        let inviscid = matches!(mixture.viscosity, Coefficient::Uniform(0.0));
-        let fixed = self.domain.boundaries.fixes_pressure();
+        let viscous = !matches!(mixture.viscosity, Coefficient::Uniform(0.0));
+        let stress = field(&mixture.viscosity);
+        let floats = !self.domain.boundaries.fixes_pressure();
         let on_faces = match sharp {
             true => "faces are open as far as particles leave them",
             false => "a particle's density differs from the fluid's",
         };
-        [
+        let changes = varies && moves;
+        let stays = "the coefficients stay: operator and preconditioner are built once";
+        let laplacian = "one viscosity: the Laplacian is the same and cheaper";
+        let free = "no outflow fixes the pressure";
+        let fixed = "an outflow fixes the pressure";
+        vec![
             need("coefficient on every face", varies, on_faces, "one density everywhere"),
-            need(
-                "pressure operator at every step",
-                varies && moves,
-                "a particle moves",
-                "the coefficients stay: operator and preconditioner are built once",
-            ),
-            need("diffusion", !inviscid, "viscosity is positive", "inviscid"),
-            need(
-                "full-stress diffusion",
-                field(&mixture.viscosity),
-                "viscosity varies",
-                "one viscosity: the Laplacian is the same and cheaper",
-            ),
-            need(
-                "null space of the pressure",
-                !fixed,
-                "no outflow fixes the pressure",
-                "an outflow fixes the pressure",
-            ),
+            need("pressure operator at every step", changes, "a particle moves", stays),
+            need("diffusion", viscous, "viscosity is positive", "inviscid"),
+            need("full-stress diffusion", stress, "viscosity varies", laplacian),
+            need("null space of the pressure", floats, free, fixed),
         ]
     }
 

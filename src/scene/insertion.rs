@@ -27,10 +27,8 @@ impl<const D: usize> Scene<D> {
         let open =
             |axis: usize, side: usize| matches!(kinds[axis][side], Some(BoundaryKind::Outflow));
         let leaves = |body: &Body, axis: usize| {
-            let (at, extent) = (
-                body.centre[axis] + 1.5 * dt * body.velocity[axis],
-                body.shape().bounds(&body.orientation())[axis],
-            );
+            let (at, extent) =
+                (body.centre[axis] + 1.5 * dt * body.velocity[axis], body.reach()[axis]);
             // What goes inwards stays, however near it is.
             let (low, high) = (
                 at <= extent && body.velocity[axis] < 0.0,
@@ -173,16 +171,13 @@ impl<const D: usize> Scene<D> {
     /// in. Collective.
     fn mean_velocity(&self, body: &Body) -> Result<Vector3<f64>> {
         let grid = &self.domain.grid;
-        let turn = body.orientation();
         let mut sums = [0.0; 4];
         for image in images(grid, body.shape(), &body.centre) {
-            for at in Block::owned(grid, &image, &body.shape().bounds(&turn)) {
+            for at in Block::owned(grid, &image, &body.reach()) {
                 let arm = Vector3::from_fn(|a, _| {
                     if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
                 });
-                let Some(c) =
-                    grid.owned_index(at).filter(|_| body.shape().distance(&turn, &arm) <= 0.0)
-                else {
+                let Some(c) = grid.owned_index(at).filter(|_| body.distance(&arm) <= 0.0) else {
                     continue;
                 };
                 sums[3] += 1.0;

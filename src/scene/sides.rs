@@ -60,10 +60,7 @@ impl<const D: usize> CaseSide<'_, D> {
         half[self.axis] *= THIN;
         let mut middle = *place;
         middle[self.axis] += if self.high { -half[self.axis] } else { half[self.axis] };
-        let volume: f64 = half.iter().take(D).map(|half| 2.0 * half).product();
-        let covers = |body: &&Body| {
-            body.shape().moments(&body.orientation(), &(middle - body.centre), &half).0 / volume
-        };
+        let covers = |body: &&Body| body.placed().turned().part_of(&(middle - body.centre), &half);
         let open = 1.0 - self.obstacles.iter().map(covers).sum::<f64>();
         if open > CLOSED { open } else { 0.0 }
     }

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::grid::{Grid, VectorField};
-use crate::particles::Accelerations;
+use crate::particles::{Accelerations, Load};
 use nalgebra::Vector3;
 
 /// What lasts of sharp surfaces.
@@ -35,8 +35,8 @@ pub struct BodyHistory {
     pub accelerations: Accelerations,
     /// Correction of the position, which the next step begins with (m).
     pub displacement: Vector3<f64>,
-    /// Wall shear's force and torque a step before (N, N m).
-    pub shear: Option<(Vector3<f64>, Vector3<f64>)>,
+    /// Load by wall shear a step before.
+    pub shear: Option<Load>,
     /// Filtered force defect: what pressure and wall shear miss of what the fluid loses, taken in
     /// slowly (N).
     pub filtered_defect: Vector3<f64>,

@@ -2,7 +2,6 @@
 
 use crate::support::{PERIODIC, Petsc, box_case, mics, order, petsc};
 use mics::config::load;
-use mics::geometry::Solid;
 use mics::geometry::shapes::{Obstacle, Room};
 use mics::particles::Body;
 use mics::scene::Scene;
@@ -14,7 +13,7 @@ fn scene_of(petsc: &Petsc, text: &str, obstacle: Obstacle, centre: Vector3<f64>)
     let path = dir.path().join("case.toml");
     std::fs::write(&path, text).unwrap();
     let case = load(&path, &[]).unwrap_or_else(|e| panic!("{e}")).case;
-    let body = Body::new(Arc::new(Solid::new(obstacle)), 1.0, 0.01, centre);
+    let body = Body::new(Arc::new(obstacle), 1.0, 0.01, centre);
     Scene::with_bodies(&petsc.session, &case, vec![body]).unwrap_or_else(|e| panic!("{e}"))
 }
 

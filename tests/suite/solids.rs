@@ -5,7 +5,7 @@ use crate::allocation::count;
 use crate::ellipse::{PLANE, body, held, scene_of};
 use crate::support::{PERIODIC, SHARP, box_case, case, petsc};
 use mics::geometry::shapes::{Clump, Ellipse, Ellipsoid, Polygon, Polyhedron, Superquadric};
-use mics::geometry::{Disc, Shape, Solid};
+use mics::geometry::{Disc, Shape};
 use mics::particles::Body;
 use mics::petsc::Session;
 use mics::scene::Scene;
@@ -14,12 +14,12 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
 /// A regular polygon of the area of a disc of this radius (m).
-pub fn regular(n: usize, radius: f64) -> Solid {
+pub fn regular(n: usize, radius: f64) -> Polygon {
     let turn = TAU / n as f64;
     let out = radius * (turn / turn.sin()).sqrt();
     let corner = |k: usize| [out * (turn * k as f64).cos(), out * (turn * k as f64).sin()];
     let corners: Vec<_> = (0..n).map(corner).collect();
-    Solid::new(Polygon::new(&corners, 0.0).unwrap())
+    Polygon::new(&corners, 0.0).unwrap()
 }
 
 /// A sphere of triangles: those of an icosahedron, each cut into four so many times.
@@ -58,13 +58,12 @@ pub fn triangulated_sphere(times: u32) -> Vec<[Vector3<f64>; 3]> {
 }
 
 /// A sphere of triangles of the volume of a sphere of this radius (m).
-fn polyhedral_sphere(times: u32, radius: f64) -> Solid {
+fn polyhedral_sphere(times: u32, radius: f64) -> Polyhedron {
     let mesh = triangulated_sphere(times);
-    let volume = Polyhedron::new(&mesh, 0.0).unwrap();
-    let volume = mics::geometry::shapes::Geometry::volume(&volume);
+    let volume = Polyhedron::new(&mesh, 0.0).unwrap().volume();
     let scale = radius * (4.0 / 3.0 * PI / volume).cbrt();
     let mesh: Vec<_> = mesh.iter().map(|corners| corners.map(|x| scale * x)).collect();
-    Solid::new(Polyhedron::new(&mesh, 0.0).unwrap())
+    Polyhedron::new(&mesh, 0.0).unwrap()
 }
 
 /// Of sharp surfaces the normals count, which jump by 5.6 degrees from side to side: the drag
@@ -88,7 +87,7 @@ fn polygon_of_64_sides_has_drag_of_disc() {
 /// creeping flow of the mean speed 1 mm/s, of a fluid of 1 kg/m3 and 1 Pa s.
 fn creeping(
     session: &Session,
-    shape: &Solid,
+    shape: &Arc<dyn Shape>,
     turn: Vector3<f64>,
     (length, cells): (f64, usize),
 ) -> f64 {
@@ -104,7 +103,7 @@ fn creeping(
     );
     let h = 1.0 / cells as f64;
     let middle = Vector3::repeat(0.5 * length) + h * Vector3::new(0.13, 0.37, 0.41);
-    let mut body = Body::new(Arc::new(shape.clone()), 1.0, 1.0, middle);
+    let mut body = Body::new(shape.clone(), 1.0, 1.0, middle);
     body.orientation = UnitQuaternion::from_scaled_axis(turn);
     let mut scene: Scene<3> = Scene::with_bodies(session, &case(&text), vec![body]).unwrap();
     let (mut time, mut steps, mut last) = (0.0, 0, f64::NAN);
@@ -129,31 +128,30 @@ fn over_sphere(shape: f64, sphere: f64, volume: f64) -> f64 {
 }
 
 /// Its axes scaled to the volume of a sphere of diameter 1 m.
-fn spheroid(ratio: f64) -> Solid {
+fn spheroid(ratio: f64) -> Ellipsoid {
     let across = ratio.powf(-1.0 / 3.0);
-    Solid::new(Ellipsoid::new([ratio * across, across, across]))
+    Ellipsoid::new([ratio * across, across, across])
 }
 
-fn cube() -> Solid {
+fn cube() -> Polyhedron {
     let edge = 0.5 * (PI / 6.0).cbrt();
     let corner = |k: usize| Vector3::from_fn(|a, _| if k >> a & 1 == 1 { edge } else { -edge });
     // The hull of these triangles is it.
     let mesh: Vec<_> =
         (0..8).map(|k| [corner(k), corner((k + 1) % 8), corner((k + 3) % 8)]).collect();
-    Solid::new(Polyhedron::new(&mesh, 0.0).unwrap())
+    Polyhedron::new(&mesh, 0.0).unwrap()
 }
 
-fn dumbbell() -> Solid {
+fn dumbbell() -> Clump {
     let radius = 0.5 * 0.5f64.cbrt();
     let ball = |x: f64| (Vector3::new(x, 0.0, 0.0), radius);
-    Solid::new(Clump::new(3, &[ball(-radius), ball(radius)]).unwrap())
+    Clump::new(3, &[ball(-radius), ball(radius)]).unwrap()
 }
 
-fn superquadric(p: f64) -> Solid {
+fn superquadric(p: f64) -> Superquadric {
     let unit = Superquadric::new([1.0; 3], [p, p]).unwrap();
-    let volume = mics::geometry::shapes::Geometry::volume(&unit);
-    let axis = (PI / 6.0 / volume).cbrt();
-    Solid::new(Superquadric::new([axis; 3], [p, p]).unwrap())
+    let axis = (PI / 6.0 / unit.volume()).cbrt();
+    Superquadric::new([axis; 3], [p, p]).unwrap()
 }
 
 /// A triangle and two discs as one in a periodic box, free, beside a rounded square that is held.
@@ -169,9 +167,9 @@ fn trio(session: &Session, more: &str) -> Scene<2> {
     let two = Clump::new(2, &[disc(0.0), disc(0.13)]).unwrap();
     let square = Polygon::new(&[[0.0, 0.0], [0.2, 0.0], [0.2, 0.2], [0.0, 0.2]], 0.03).unwrap();
     let mut bodies = vec![
-        body(Solid::new(triangle), 2.65, [0.05, 0.5], 0.4),
-        body(Solid::new(two), 0.3, [0.45, 0.3], -1.1),
-        body(Solid::new(square), 1.0, [0.75, 0.8], 0.3),
+        body(triangle, 2.65, [0.05, 0.5], 0.4),
+        body(two, 0.3, [0.45, 0.3], -1.1),
+        body(square, 1.0, [0.75, 0.8], 0.3),
     ];
     bodies[0].motion = PLANE;
     (bodies[0].velocity, bodies[0].spin) = (Vector3::new(0.5, 0.2, 0.0), Vector3::z() * 5.0);
@@ -214,8 +212,7 @@ fn ellipse_in_shear_spins_by_jeffery() {
     let sides = ["\"periodic\"", "\"periodic\"", &south, &north];
     let text = box_case([wide, wide], [n, n], r * r / 0.01, sides, "");
     for angle in [0.0, 0.25 * PI, FRAC_PI_2] {
-        let ellipse = Solid::new(Ellipse::new([r, 1.0]));
-        let mut free = body(ellipse, 1.0, [0.5 * wide + 0.03, 0.5 * wide], angle);
+        let mut free = body(Ellipse::new([r, 1.0]), 1.0, [0.5 * wide + 0.03, 0.5 * wide], angle);
         (free.motion, free.spin) = (PLANE, -0.5 * Vector3::z());
         let mut scene = scene_of(&petsc.session, &text, vec![free]);
         for c in scene.domain.grid.rows().flatten() {
@@ -246,19 +243,24 @@ fn expect_stokes_drag(session: &Session, at: (f64, usize), wanted: &[&str], allo
     let across = Vector3::new(0.0, 0.0, FRAC_PI_2);
     let corner = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.5f64.sqrt().atan())
         * UnitQuaternion::from_scaled_axis(Vector3::z() * 0.25 * PI);
-    let sphere = Solid::new(Ellipsoid::new([1.0; 3]));
+    let sphere: Arc<dyn Shape> = Arc::new(Ellipsoid::new([1.0; 3]));
     let sphere = creeping(session, &sphere, still, at);
     for (what, shape, turn, exact) in [
-        ("sphere of 1280 triangles", polyhedral_sphere(3, 0.5), still, 1.0),
-        ("prolate 2 along", spheroid(2.0), still, 0.95557),
-        ("prolate 2 across", spheroid(2.0), across, 1.0944),
-        ("oblate 0.5 along", spheroid(0.5), still, 1.1406),
-        ("cube face on", cube(), still, 1.08),
-        ("cube corner on", cube(), corner.scaled_axis(), 1.08),
-        ("dumbbell along", dumbbell(), still, 1.0241),
-        ("dumbbell across", dumbbell(), across, 1.15026),
-        ("superquadric 5", superquadric(5.0), still, 1.0255),
-        ("superquadric 10", superquadric(10.0), still, 1.0563),
+        (
+            "sphere of 1280 triangles",
+            Arc::new(polyhedral_sphere(3, 0.5)) as Arc<dyn Shape>,
+            still,
+            1.0,
+        ),
+        ("prolate 2 along", Arc::new(spheroid(2.0)), still, 0.95557),
+        ("prolate 2 across", Arc::new(spheroid(2.0)), across, 1.0944),
+        ("oblate 0.5 along", Arc::new(spheroid(0.5)), still, 1.1406),
+        ("cube face on", Arc::new(cube()), still, 1.08),
+        ("cube corner on", Arc::new(cube()), corner.scaled_axis(), 1.08),
+        ("dumbbell along", Arc::new(dumbbell()), still, 1.0241),
+        ("dumbbell across", Arc::new(dumbbell()), across, 1.15026),
+        ("superquadric 5", Arc::new(superquadric(5.0)), still, 1.0255),
+        ("superquadric 10", Arc::new(superquadric(10.0)), still, 1.0563),
     ] {
         if !wanted.is_empty() && !wanted.contains(&what) {
             continue;

@@ -5,7 +5,7 @@
 //! contact: the direction of the one before is known.
 
 use mics_shapes::{
-    Ellipse, Ellipsoid, Geometry, Obstacle, Part, Polygon, Polyhedron, Pose, Reach, Regions, Room,
+    Ellipse, Ellipsoid, Obstacle, Part, Polygon, Polyhedron, Pose, Reach, Regions, Room, Shape,
     Superquadric, closest, touch,
 };
 use nalgebra::{Rotation3, Vector3};

@@ -1,5 +1,5 @@
-//! Shapes of bodies that are not round, in their own axes: pure geometry, which the case file, the
-//! solver and the figures share.
+//! Shapes of bodies in their own axes: pure geometry, which the case file, the solver and the
+//! figures share.
 //!
 //! ```text
 //!        ,-----.        own axes, the centre of volume at the origin
@@ -9,63 +9,47 @@
 //!        `-----'        outline               for figures
 //! ```
 //! A shape of two dimensions lies in the plane z = 0 and is the section of a cylinder of unit
-//! depth.
+//! depth. A body's shape is asked in the axes of the box through [`Turned`].
+//!
+//! # A new shape
+//!
+//! is one file in `solids` that implements [`Shape`]. What it needs is in `surface` (points and
+//! triangles of surfaces, distances from them), `boxes` (what it fills of a lattice) and `contact`
+//! (parts of bodies, and where they touch).
 
-mod ball;
-mod balls;
-mod beside;
-mod clump;
-mod convex;
-mod depths;
-mod distance;
-mod ellipse;
-mod ellipsoid;
-mod facets;
-mod flags;
-mod flat;
-mod foot;
-mod ground;
-mod lattice;
-mod mesh;
-mod near;
-mod obstacle;
-mod outline;
-mod part;
-mod patches;
-mod placed;
-mod polygon;
-mod polyhedron;
-mod polytope;
-mod region;
-mod rim;
-mod rows;
-mod scaled;
+mod boxes;
+mod contact;
 #[cfg(test)]
 mod scatter;
-mod simplex;
-mod smooth;
-pub mod stl;
-mod superquadric;
-mod support;
-mod touch;
+mod solids;
+mod surface;
+mod turned;
 
-pub use clump::Clump;
-pub use depths::Touch;
-pub use distance::closest;
-pub use ellipse::Ellipse;
-pub use ellipsoid::Ellipsoid;
-pub use mesh::Mesh;
-pub use obstacle::{Obstacle, Room};
-pub use part::{Core, Edge, Face, Part, Polytope};
-pub use placed::{Closest, Pose};
-pub use polygon::Polygon;
-pub use polyhedron::Polyhedron;
-pub use region::{Reach, Region, Regions};
-pub use scaled::Scaled;
-pub use superquadric::Superquadric;
-pub use touch::{touch, touch_plane};
+pub use boxes::Tile;
+pub use contact::depths::Touch;
+pub use contact::distance::closest;
+pub use contact::faces::Mesh;
+pub use contact::part::{Core, Edge, Face, Part, Polytope};
+pub use contact::pose::{Closest, Pose};
+pub use contact::region::{Reach, Region, Regions};
+pub use contact::touch::{touch, touch_plane};
+pub use solids::clump::Clump;
+pub use solids::disc::Disc;
+pub use solids::ellipse::Ellipse;
+pub use solids::ellipsoid::Ellipsoid;
+pub use solids::obstacle::{Obstacle, Room};
+pub use solids::polygon::Polygon;
+pub use solids::polyhedron::Polyhedron;
+pub use solids::scaled::Scaled;
+pub use solids::sphere::Sphere;
+pub use solids::superquadric::Superquadric;
+pub use surface::stl;
+pub use turned::{Turned, meets_ball};
+
+pub use boxes::Lattice;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use std::f64::consts::PI;
 
 /// What is wrong with a shape, in words for the user, without the name of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -88,58 +72,23 @@ pub struct Nearest {
     pub normal: Vector3<f64>,
 }
 
-/// A part of a surface about a point.
+/// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Patch {
-    /// The point, in own axes (m).
+pub struct SurfacePoint {
+    /// From the centre, in the body's own axes (m).
     pub place: Vector3<f64>,
     /// Outward normal there, of length 1.
     pub normal: Vector3<f64>,
-    /// Area (m2; m per metre of depth in 2D).
+    /// Its part of the surface (m2; m per metre of depth in 2D).
     pub area: f64,
 }
 
-/// A lattice of boxes, and how a body lies in it, the body's centre at its origin.
-#[derive(Clone, Copy, Debug)]
-pub struct Lattice<'a> {
-    /// How much larger than its geometry the body is.
-    pub factor: f64,
-    /// What brings the body's own axes into those of the lattice.
-    pub turn: Rotation3<f64>,
-    /// The planes between the boxes along each axis, ascending (m); two alike along z in 2D.
-    pub planes: &'a [Vec<f64>; 3],
-}
+/// What brings a body's own axes into those of the box.
+pub type Orientation = Rotation3<f64>;
 
-impl Lattice<'_> {
-    /// Where a point of the body's geometry (m) is (m).
-    fn place(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        self.factor * (self.turn * point)
-    }
-
-    /// The middle of a box and its half edges in the axes of the body's geometry (m).
-    fn own_box(&self, at: [usize; 3]) -> (Vector3<f64>, [Vector3<f64>; 3]) {
-        let end = |a: usize, n: usize| self.planes[a][at[a] + n];
-        let own = |x: Vector3<f64>| self.turn.inverse_transform_vector(&x) / self.factor;
-        let middle = own(Vector3::from_fn(|a, _| 0.5 * (end(a, 0) + end(a, 1))));
-        (middle, [0, 1, 2].map(|a| own(Vector3::ith(a, 0.5 * (end(a, 1) - end(a, 0))))))
-    }
-}
-
-/// What a body fills of a box of a lattice.
-#[derive(Clone, Copy, Debug)]
-pub struct Tile {
-    /// Number of the box along each axis.
-    pub at: [usize; 3],
-    /// Part of its volume.
-    pub part: f64,
-    /// First moment of that part about the body's centre, along the axes of the lattice, per volume
-    /// of the box (m).
-    pub moment: Vector3<f64>,
-}
-
-/// A solid in its own axes, its centre of volume at the origin.
-pub trait Geometry: std::fmt::Debug + Send + Sync {
-    /// 2 or 3.
+/// The shape of a rigid body in its own axes, its centre of volume at the origin.
+pub trait Shape: std::fmt::Debug + Send + Sync {
+    /// 3, or 2 of the section of a cylinder along z, of unit depth.
     fn dimension(&self) -> usize;
 
     /// Radius of the sphere about the origin that holds all of it (m).
@@ -148,8 +97,14 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// Volume (m3; m2 in 2D).
     fn volume(&self) -> f64;
 
-    /// Moments of inertia about the origin of a body of unit density (m5; m4 in 2D, about z).
+    /// Moments of inertia about the origin of a body of unit density (m5; m4 in 2D, of which that
+    /// about z counts).
     fn inertia(&self) -> Matrix3<f64>;
+
+    /// Those of a `mass` (kg) that is spread evenly (kg m2): `sum m (r.r - r r^T)`.
+    fn inertia_of(&self, mass: f64) -> Matrix3<f64> {
+        mass / self.volume() * self.inertia()
+    }
 
     /// Width of its thinnest part (m): what a grid has to resolve.
     fn thickness(&self) -> f64;
@@ -157,21 +112,40 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// The nearest point of its surface; any of them where there are several.
     fn nearest(&self, point: &Vector3<f64>) -> Nearest;
 
+    /// Signed distance from its surface (m), negative inside.
+    fn distance(&self, point: &Vector3<f64>) -> f64 {
+        self.nearest(point).distance
+    }
+
     /// A signed distance (m) nearer to zero than that from the surface, of shapes that find one
     /// sooner: what lies further from the surface beyond doubt.
     fn clearance(&self, _point: &Vector3<f64>) -> Option<f64> {
         None
     }
 
-    /// A plane that all of it lies below, and all that [`Geometry::tile`] sees of it, of convex
-    /// shapes that have one soon: the height of the point above it (m), and its normal.
+    /// A plane that all of it lies below, and all that [`Shape::tile`] sees of it, of convex shapes
+    /// that have one soon: the height of the point above it (m), and its normal.
     fn plane(&self, _point: &Vector3<f64>) -> Option<Nearest> {
         None
     }
 
     /// Points all over the surface, about `spacing` (m) apart, or closer where it is bent; their
     /// areas sum to the surface's.
-    fn surface(&self, spacing: f64) -> Vec<Patch>;
+    fn surface(&self, spacing: f64) -> Vec<SurfacePoint>;
+
+    /// Area of the surface (m2; m in 2D), and the moments of inertia of the surface (m4; m3), as of
+    /// a shell of a kilogram per area. By default those of its points.
+    fn surface_moments(&self) -> (f64, Matrix3<f64>) {
+        let mut area = 0.0;
+        let mut inertia = Matrix3::zeros();
+        for point in self.surface(0.1 * self.radius()) {
+            let r = point.place;
+            area += point.area;
+            inertia +=
+                point.area * (Matrix3::from_diagonal_element(r.norm_squared()) - r * r.transpose());
+        }
+        (area, inertia)
+    }
 
     /// How far it reaches from the origin in the direction `n`, of length 1 (m): the largest `x.n`
     /// of its points.
@@ -202,6 +176,25 @@ pub trait Geometry: std::fmt::Debug + Send + Sync {
     /// the sides of the domain in itself, where it is one.
     fn obstacle(&self) -> Option<&Obstacle> {
         None
+    }
+
+    /// Whether it is an obstacle.
+    fn is_obstacle(&self) -> bool {
+        self.obstacle().is_some()
+    }
+
+    /// Whether it looks the same however it turns. Its turning then displaces no fluid, and its
+    /// axes mean nothing.
+    fn is_round(&self) -> bool {
+        false
+    }
+
+    /// Diameter of the disc or sphere of its volume (m).
+    fn diameter(&self) -> f64 {
+        match self.dimension() {
+            2 => (4.0 / PI * self.volume()).sqrt(),
+            _ => (6.0 / PI * self.volume()).cbrt(),
+        }
     }
 
     /// Its convex parts; their union is the solid, as contacts see it.

@@ -1,6 +1,6 @@
 //! What the tests of shapes have in common.
 
-use super::{Geometry, Lattice, Tile};
+use super::{Lattice, Shape, Tile};
 use nalgebra::{Rotation3, Vector3};
 
 /// Numbers that look as drawn, in (-1, 1).
@@ -10,11 +10,7 @@ pub fn scatter(k: usize) -> f64 {
 
 /// What a body fills of the boxes of a lattice about it, finer or coarser by `number`: turned and
 /// shifted, or with planes through its centre.
-pub fn with_tiles<T>(
-    body: &dyn Geometry,
-    k: usize,
-    then: impl FnOnce(&Lattice, &[Tile]) -> T,
-) -> T {
+pub fn with_tiles<T>(body: &dyn Shape, k: usize, then: impl FnOnce(&Lattice, &[Tile]) -> T) -> T {
     let two = body.dimension() == 2;
     let axis = Vector3::from_fn(|a, _| if two && a < 2 { 0.0 } else { 3.0 * scatter(9 * k + a) });
     let turn = Rotation3::from_scaled_axis(if k.is_multiple_of(3) { 0.0 * axis } else { axis });
@@ -28,7 +24,7 @@ pub fn with_tiles<T>(
     if two {
         planes[2] = vec![0.0; 2];
     }
-    let lattice = Lattice { factor: 1.0, turn, planes: &planes };
+    let lattice = Lattice { factor: 1.0, turn, planes: &planes, faces: None };
     let mut tiles = Vec::new();
     body.tile(&lattice, &mut |tile| tiles.push(*tile));
     then(&lattice, &tiles)
@@ -36,7 +32,7 @@ pub fn with_tiles<T>(
 
 /// How far the boxes of lattices are from summing to a body, and the first moments from zero: the
 /// worst, over the volume. The boxes come in their order.
-pub fn lattice(body: &dyn Geometry) -> (f64, f64) {
+pub fn lattice(body: &dyn Shape) -> (f64, f64) {
     let mut worst = (0.0f64, 0.0f64);
     let three = body.dimension() == 3;
     for k in 0..60 {
@@ -44,7 +40,7 @@ pub fn lattice(body: &dyn Geometry) -> (f64, f64) {
         let mut first = Vector3::zeros();
         let mut last = None;
         with_tiles(body, k, |lattice, tiles| {
-            for Tile { at, part, moment } in tiles {
+            for Tile { at, part, moment, .. } in tiles {
                 let width = |a: usize| lattice.planes[a][at[a] + 1] - lattice.planes[a][at[a]];
                 let whole = width(0) * width(1) * if three { width(2) } else { 1.0 };
                 volume += whole * part;
@@ -62,7 +58,7 @@ pub fn lattice(body: &dyn Geometry) -> (f64, f64) {
 
 /// How far the part of a box and its moment (of the radius) are from those by points within, of
 /// `n` along each axis: the worst over boxes of all lattices.
-pub fn counted(body: &dyn Geometry, n: usize) -> (f64, f64) {
+pub fn counted(body: &dyn Shape, n: usize) -> (f64, f64) {
     let mut worst = (0.0f64, 0.0f64);
     let three = body.dimension() == 3;
     let count = if three { n * n * n } else { n * n };
@@ -84,7 +80,8 @@ pub fn counted(body: &dyn Geometry, n: usize) -> (f64, f64) {
                     }
                 }
                 let found = tiles.iter().find(|tile| tile.at == at);
-                let tile = found.copied().unwrap_or(Tile { at, part: 0.0, moment: 0.0 * first });
+                let none = Tile::new(lattice.planes, at, 0.0, Vector3::zeros());
+                let tile = found.copied().unwrap_or(none);
                 let moment = lattice.turn * first / count as f64;
                 worst.0 = worst.0.max((tile.part - part / count as f64).abs());
                 worst.1 = worst.1.max((tile.moment - moment).norm() / body.radius());
@@ -96,7 +93,7 @@ pub fn counted(body: &dyn Geometry, n: usize) -> (f64, f64) {
 
 /// The largest of the distances of the feet of nearest points from the surface, of points about a
 /// body, by the distance itself; and whether the distance changes no faster than the place.
-pub fn feet(body: &dyn Geometry, reach: f64) -> f64 {
+pub fn feet(body: &dyn Shape, reach: f64) -> f64 {
     let three = body.dimension() == 3;
     let mut worst = 0.0f64;
     let mut last: Option<(Vector3<f64>, f64)> = None;

@@ -5,7 +5,6 @@ mod moving;
 use super::crowd::Dice;
 use super::solids::{self, Parts, free, kinetic};
 use super::*;
-use crate::geometry::Solid;
 use mics_shapes::{Obstacle, Room};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -21,7 +20,7 @@ fn room(size: [f64; 3]) -> Room {
 /// A body that stands in a box of this size (m).
 pub fn standing(obstacle: Obstacle, size: [f64; 3]) -> Body {
     let middle = 0.5 * Vector3::from(size);
-    Body::new(Arc::new(Solid::new(obstacle)), 1.0, 1.0, middle)
+    Body::new(Arc::new(obstacle), 1.0, 1.0, middle)
 }
 
 /// A bed of two triangles a cell, `n` cells along x and z, that goes on beyond the box, with its

@@ -1,8 +1,8 @@
 //! Bodies of convex parts for tests: only what contacts need of a shape.
 
 use super::*;
-use crate::geometry::{Orientation, Shape as Solid, SurfacePoint};
-use mics_shapes::{Core, Face, Part, Polytope};
+use crate::geometry::{Nearest, Shape, SurfacePoint};
+use mics_shapes::{Core, Face, Lattice, Part, Polytope, Tile};
 use nalgebra::Matrix3;
 
 /// A body of parts, with the moments of inertia of a kilogram.
@@ -14,7 +14,7 @@ pub struct Parts {
     pub inertia: Vector3<f64>,
 }
 
-impl Solid for Parts {
+impl Shape for Parts {
     fn dimension(&self) -> usize {
         self.dimension
     }
@@ -24,14 +24,17 @@ impl Solid for Parts {
     fn volume(&self) -> f64 {
         self.volume
     }
-    fn inertia(&self, mass: f64) -> Matrix3<f64> {
+    fn inertia(&self) -> Matrix3<f64> {
+        self.inertia_of(self.volume)
+    }
+    fn inertia_of(&self, mass: f64) -> Matrix3<f64> {
         mass * Matrix3::from_diagonal(&self.inertia)
     }
-    fn distance(&self, _: &Orientation, arm: &Vector3<f64>) -> f64 {
-        arm.norm() - self.radius()
+    fn thickness(&self) -> f64 {
+        2.0 * self.radius()
     }
-    fn normal(&self, _: &Orientation, arm: &Vector3<f64>) -> Vector3<f64> {
-        arm.normalize()
+    fn nearest(&self, point: &Vector3<f64>) -> Nearest {
+        Nearest { distance: point.norm() - self.radius(), normal: point.normalize() }
     }
     fn surface(&self, _: f64) -> Vec<SurfacePoint> {
         Vec::new()
@@ -39,16 +42,13 @@ impl Solid for Parts {
     fn parts(&self) -> &[Part] {
         &self.parts
     }
-    fn bounds(&self, turn: &Orientation) -> Vector3<f64> {
-        let along = |n: &Vector3<f64>, part: &Part| {
-            let own = turn.inverse_transform_vector(n);
-            (part.place + part.core.support(&own)).dot(&own) + part.rounding
-        };
-        let reach = |n: Vector3<f64>| {
-            let both = self.parts.iter().map(|part| along(&n, part).max(along(&-n, part)));
-            both.fold(0.0, f64::max)
-        };
-        vector![reach(Vector3::x()), reach(Vector3::y()), reach(Vector3::z())]
+    fn extent(&self, n: &Vector3<f64>) -> f64 {
+        let along = |part: &Part| (part.place + part.core.support(n)).dot(n) + part.rounding;
+        self.parts.iter().map(along).fold(0.0, f64::max)
+    }
+    fn tile(&self, _: &Lattice, _: &mut dyn FnMut(&Tile)) {}
+    fn triangles(&self, _: f64) -> Vec<[Vector3<f64>; 3]> {
+        Vec::new()
     }
 }
 

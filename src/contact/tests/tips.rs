@@ -5,8 +5,7 @@ use super::crowd::Dice;
 use super::obstacles::standing;
 use super::solids::kinetic;
 use super::*;
-use crate::geometry::Solid;
-use mics_shapes::{Ellipse, Geometry, Obstacle, Polygon, Polyhedron, Room};
+use mics_shapes::{Ellipse, Obstacle, Polygon, Polyhedron, Room, Shape};
 
 const SIZE: [f64; 3] = [0.2, 0.2, 0.2];
 
@@ -61,9 +60,9 @@ fn stone(corners: usize, dice: &mut Dice) -> Polygon {
     Polygon::new(&points, 0.0).unwrap()
 }
 
-fn free(shape: impl Geometry + 'static) -> Body {
+fn free(shape: impl Shape + 'static) -> Body {
     let dimension = shape.dimension();
-    let mut body = Body::new(Arc::new(Solid::new(shape)), 2650.0, 1.0, Vector3::zeros());
+    let mut body = Body::new(Arc::new(shape), 2650.0, 1.0, Vector3::zeros());
     body.motion = Motion::Free(if dimension == 2 { PLANE } else { FREE });
     body
 }

@@ -1,6 +1,6 @@
 //! (27), the wall, and (28, 29), the pressure inside.
 
-use super::Mics2003;
+use super::{Mics2003, Sums};
 use crate::Result;
 use crate::domain::Domain;
 use crate::method::vector;
@@ -65,8 +65,8 @@ impl<const D: usize> Mics2003<D> {
             sum: self.overlaps[k].iter().map(|o| o.fraction * p[o.cell]).sum(),
             weight: self.overlaps[k].iter().map(|o| o.fraction).sum(),
         };
-        let messages = &mut self.messages;
-        let means = self.pressures.sum_here(&domain.session, &self.reach, messages, own)?;
+        let Sums { pressures, messages, .. } = &mut self.sums;
+        let means = pressures.sum_here(&domain.session, &self.reach, messages, own)?;
         for ((overlaps, kicks), MeanPressure { sum, weight }) in
             self.overlaps.iter().zip(&mut self.kicks).zip(means)
         {
@@ -84,8 +84,8 @@ impl<const D: usize> Mics2003<D> {
     /// Sums the step's forces over the ranks. Collective.
     pub(super) fn sum_exchange(&mut self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
         let own = |k: usize| s.exchange[k];
-        let messages = &mut self.messages;
-        let sums = self.exchanged.sum_for_all(&domain.session, &self.reach, messages, own)?;
+        let Sums { exchanged, messages, .. } = &mut self.sums;
+        let sums = exchanged.sum_for_all(&domain.session, &self.reach, messages, own)?;
         for (exchange, sum) in s.exchange.iter_mut().zip(sums) {
             *exchange = Exchange { contact: exchange.contact, ..*sum };
         }

@@ -19,16 +19,17 @@ mod impose;
 mod motion;
 mod properties;
 
-use super::flow::Flow;
-use super::momentum::{Mixture, Momentum};
+use super::flow::{Flow, NoBodies};
+use super::momentum::{Hears, Mixture};
+use super::prediction::{Prediction, Walls, Within};
 use super::{Kind, Method};
 use crate::Result;
 use crate::clock::Stage;
 use crate::contact::Contacts;
 use crate::domain::Domain;
 use crate::drive::Drive;
-use crate::geometry::{Overlap, Tiles, fraction};
-use crate::grid::{Coefficient, Grid};
+use crate::geometry::{Overlap, fraction};
+use crate::grid::{Coefficient, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::particles::{Accelerations, Body, nearest_image};
@@ -48,19 +49,47 @@ pub struct Mics2003<const D: usize> {
     /// Per body, the cells of this rank that it touches.
     overlaps: Vec<Vec<Overlap>>,
     /// Scratch of what a body fills.
-    tiles: Tiles,
+    planes: [Vec<f64>; 3],
     /// Per overlap, what the mixing adds to the velocity (m/s): found for all before any is added.
     kicks: Vec<Vec<Vector3<f64>>>,
     departures: Vec<motion::Departure>,
     accelerations: Vec<Accelerations>,
-    /// What ranks sum of each body.
+    sums: Sums,
+    /// Which bodies reach which ranks, and where they lay when that was found last.
+    reach: Reach,
+    places: Vec<Vector3<f64>>,
+}
+
+/// The sides of the box, and what the terms of (7) are told to.
+struct Heard<'a, const D: usize> {
+    hears: Hears<'a, D>,
+}
+
+impl<const D: usize> Walls<D> for Heard<'_, D> {
+    const PRESSURE: f64 = <NoBodies as Walls<D>>::PRESSURE;
+
+    fn finish(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &State<D>,
+        within: Within,
+        dt: f64,
+        u: &mut VectorField<D>,
+    ) -> Result<()> {
+        NoBodies.finish(domain, s, within, dt, u)
+    }
+
+    fn hears(&mut self) -> Option<Hears<'_, D>> {
+        Some(&mut *self.hears)
+    }
+}
+
+/// What ranks sum of each body.
+struct Sums {
     pushes: BodySums<motion::Push>,
     pressures: BodySums<impose::MeanPressure>,
     exchanged: BodySums<Exchange>,
     messages: Messages,
-    /// Which bodies reach which ranks, and where they lay when that was found last.
-    reach: Reach,
-    places: Vec<Vector3<f64>>,
 }
 
 impl<const D: usize> Method<D> for Mics2003<D> {
@@ -125,7 +154,7 @@ impl<const D: usize> Method<D> for Mics2003<D> {
     }
 
     fn scheme(&self) -> Scheme {
-        self.flow.momentum.scheme
+        self.flow.scheme()
     }
 
     fn place(&mut self, domain: &Domain<D>, s: &State<D>) {
@@ -164,7 +193,7 @@ impl<const D: usize> Mics2003<D> {
         domain: &Domain<D>,
         bodies: &[Body],
         mixture: Mixture,
-        momentum: Momentum<D>,
+        prediction: Prediction<D>,
         contacts: Option<Contacts>,
     ) -> Mics2003<D> {
         let grid = &domain.grid;
@@ -172,20 +201,22 @@ impl<const D: usize> Mics2003<D> {
         let alone = grid.local == grid.cells;
         let room = |b: &Body| if alone { fraction::most_cells(grid, b.radius()) } else { 0 };
         let room: Vec<usize> = bodies.iter().map(room).collect();
-        let mut flow = Flow::new(domain, mixture, momentum, true);
+        let mut flow = Flow::new(domain, mixture, prediction, true);
         flow.solid = matches!(domain.drive, Some(Drive::Fluid(_))).then(|| grid.field());
         Mics2003 {
             flow,
             contacts,
-            tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
+            planes: std::array::from_fn(|_| Vec::new()),
             overlaps: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
             kicks: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
             departures: vec![motion::Departure::default(); bodies.len()],
             accelerations: vec![Accelerations::default(); bodies.len()],
-            pushes: BodySums::with_capacity(bodies.len()),
-            pressures: BodySums::with_capacity(bodies.len()),
-            exchanged: BodySums::with_capacity(bodies.len()),
-            messages: Messages::default(),
+            sums: Sums {
+                pushes: BodySums::with_capacity(bodies.len()),
+                pressures: BodySums::with_capacity(bodies.len()),
+                exchanged: BodySums::with_capacity(bodies.len()),
+                messages: Messages::default(),
+            },
             reach: Reach::new(domain.session.rank(), domain.session.size(), bodies.len()),
             places: bodies.iter().map(|b| b.centre).collect(),
         }
@@ -196,10 +227,8 @@ impl<const D: usize> Mics2003<D> {
         self.find_reach(domain, &s.bodies);
         let bodies = s.bodies.iter().zip(&mut self.overlaps);
         for (body, overlaps) in bodies.filter(|(body, _)| wanted(body)) {
-            // The paper's polygons are those of discs.
-            let disc = D == 2 && body.shape().is_round();
-            let rule = if disc { fraction::Rule::Polygon } else { fraction::Rule::Exact };
-            fraction::overlaps(&domain.grid, &body.placed(), rule, &mut self.tiles, overlaps);
+            let rule = fraction::Rule::Polygon;
+            fraction::overlaps(&domain.grid, &body.placed(), rule, &mut self.planes, overlaps);
         }
     }
 
@@ -242,7 +271,8 @@ impl<const D: usize> Mics2003<D> {
         let mut exchanged = |grid: &Grid<D>, term, sign, rate: &_| {
             force::add_force(grid, &bodies, overlaps, (term, sign, rate), &mut exchange);
         };
-        let predicted = self.flow.predict_cells(domain, s, dt, Some(&mut exchanged));
+        let mut walls = Heard { hears: &mut exchanged };
+        let predicted = self.flow.predict_cells(domain, s, dt, &mut walls);
         s.bodies = bodies;
         s.exchange = exchange;
         predicted

@@ -7,7 +7,7 @@
 //!   omega^(n+1) = I^-1 [ I^n omega^n + dt T + J_T ]           J, J_T: impulses of the contacts
 //! ```
 
-use super::Mics2003;
+use super::{Mics2003, Sums};
 use crate::Result;
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
@@ -57,8 +57,8 @@ impl<const D: usize> Mics2003<D> {
             force: s.exchange[k].literal(),
             torque: s.exchange[k].literal_torque,
         };
-        let messages = &mut self.messages;
-        let pushes = self.pushes.sum_for_all(&domain.session, &self.reach, messages, own)?;
+        let Sums { pushes, messages, .. } = &mut self.sums;
+        let pushes = pushes.sum_for_all(&domain.session, &self.reach, messages, own)?;
         let bodies = s.bodies.iter().zip(&mut self.accelerations);
         for ((body, accelerations), push) in bodies.zip(pushes) {
             let Some(freedom) = body.freedom() else { continue };

@@ -72,7 +72,7 @@ impl<const D: usize> PressureAcceleration<D> {
         for (k, cut) in cut_bodies.each_mut() {
             let driven = felt(&self.driven, &bodies[k]);
             for (axis, (beta, a)) in beta.iter().zip(&self.faces).enumerate() {
-                for own in &mut cut.own_cells {
+                for own in &mut cut.own.cells {
                     let low = own.cell as usize;
                     let high = own.cell as usize + grid.stride[axis];
                     let [open_low, open_high] = [low, high].map(|f| beta[f] * density);
@@ -105,14 +105,14 @@ impl<const D: usize> CutBodies<D> {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         for (k, body) in self.bodies.each() {
             for (axis, field) in u.iter_mut().enumerate() {
-                for own in &body.own_cells {
+                for own in &body.own.cells {
                     field[own.cell as usize] += dt * own.cut_change[axis];
                 }
             }
             if let Some(exchanged) = &mut exchanged {
-                for (own, arm) in body.own_cells.iter().zip(&body.own_arms) {
+                for own in &body.own.cells {
                     let change = |a: usize| if a < D { own.cut_change[a] } else { 0.0 };
-                    exchanged[k].add(arm, &Vector3::from_fn(|a, _| mass * (dt * change(a))));
+                    exchanged[k].add(&own.arm, &Vector3::from_fn(|a, _| mass * (dt * change(a))));
                 }
             }
         }

@@ -29,9 +29,9 @@ impl<const D: usize> CutBodies<D> {
     pub(super) fn set_apertures(&mut self, domain: &Domain<D>) {
         let (grid, boundaries, whole) =
             (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
-        let total = &mut self.total;
+        let total = &mut self.covered.total;
         for (axis, beta) in self.beta.field(grid).iter_mut().enumerate() {
-            for cut in self.bodies.iter_mut().flat_map(|body| body.cuts[axis].iter_mut()) {
+            for cut in self.bodies.iter_mut().flat_map(|body| body.faces.cuts[axis].iter_mut()) {
                 let face = cut.face as usize;
                 cut.first = total[face] == 0.0;
                 // The largest part, until all are known.
@@ -52,13 +52,13 @@ impl<const D: usize> CutBodies<D> {
                 };
                 1.0 - (1.0 - total).max(least)
             };
-            self.shared_faces.clear();
+            self.covered.shared.clear();
             for body in self.bodies.iter_mut() {
-                for cut in body.cuts[axis].iter_mut() {
+                for cut in body.faces.cuts[axis].iter_mut() {
                     let face = cut.face as usize;
                     let all = total[cut.face as usize];
                     let alone = all == cut.solid_fraction;
-                    let covered = covered(face, all, beta[face], body.at_boundary);
+                    let covered = covered(face, all, beta[face], body.faces.at_boundary);
                     // A body that rests keeps its cuts: what is in line already is left alone, to
                     // the last digit.
                     if all > covered * (1.0 + ROUNDING) {
@@ -67,11 +67,11 @@ impl<const D: usize> CutBodies<D> {
                     if alone {
                         (beta[face], total[face]) = (whole * (1.0 - covered), 0.0);
                     } else {
-                        self.shared_faces.push((cut.face, covered));
+                        self.covered.shared.push((cut.face, covered));
                     }
                 }
             }
-            for (face, covered) in &self.shared_faces {
+            for (face, covered) in &self.covered.shared {
                 let face = *face as usize;
                 (beta[face], total[face]) = (whole * (1.0 - covered), 0.0);
             }

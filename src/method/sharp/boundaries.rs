@@ -19,7 +19,9 @@ impl<const D: usize> CutBodies<D> {
     /// Says which parts of the boundaries obstacles cover.
     pub(super) fn cover_boundaries(&self, domain: &mut Domain<D>) {
         domain.boundaries.uncover();
-        for (axis, cuts) in self.bodies.iter().flat_map(|body| body.at_sides.iter().enumerate()) {
+        for (axis, cuts) in
+            self.bodies.iter().flat_map(|body| body.faces.at_sides.iter().enumerate())
+        {
             for cut in cuts.iter() {
                 let face = cut.face as usize;
                 domain.boundaries.cover(&domain.grid, axis, face, cut.solid_fraction);
@@ -42,7 +44,7 @@ impl<const D: usize> CutBodies<D> {
             let boundary = if side == 0 { 0.0 } else { size[axis] };
             let reach = gap::reach(false) * self.h;
             for body in bodies {
-                let bounds = body.shape().bounds(&body.orientation());
+                let bounds = body.reach();
                 if (body.centre[axis] - boundary).abs() < bounds[axis] + reach {
                     self.straighten_under(domain, body, &bounds, axis, side);
                 }
@@ -81,7 +83,7 @@ impl<const D: usize> CutBodies<D> {
                 .filter(move |(_, x)| over(*x))
         };
         let shifts = |a: usize| {
-            let period = if a < D { self.periods[a] } else { None };
+            let period = if a < D && grid.periodic[a] { Some(grid.size[a]) } else { None };
             [Some(0.0), period, period.map(|period| -period)].into_iter().flatten()
         };
         let [first, second] = others;
@@ -92,7 +94,7 @@ impl<const D: usize> CutBodies<D> {
                 apart[axis] -= boundary;
                 apart[first] -= x;
                 apart[second] -= y;
-                if let Some(width) = body.shape().meets(&body.orientation(), &apart, &inwards) {
+                if let Some(width) = body.placed().turned().meets(&apart, &inwards) {
                     boundaries.straighten(
                         axis,
                         side,

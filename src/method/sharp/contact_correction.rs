@@ -14,6 +14,7 @@ use super::pressure_step::PressureStep;
 use super::{Sharp, history};
 use crate::Result;
 use crate::contact::{Impulse, Impulses};
+use crate::particles::RigidVelocity;
 use crate::poisson::pressure::Projected;
 use crate::state::State;
 use nalgebra::Vector3;
@@ -52,7 +53,7 @@ pub fn solve<const D: usize>(
 ) -> Result<(Projected, f64)> {
     let mut done = Projected::default();
     let motions = step.motions();
-    let expected = |k: usize| [motions[k].expected.0, motions[k].expected.1];
+    let expected = |k: usize| [motions[k].expected.velocity, motions[k].expected.spin];
     let parts = impulses.find_clusters(step.bodies(), expected);
     if parts {
         done.add(find_without(impulses, step, work)?);
@@ -93,7 +94,7 @@ fn find_without<const D: usize>(
 fn correct<const D: usize>(impulses: &mut Impulses, step: &mut PressureStep<D>, work: &mut Work) {
     let Work { residuals, corrections, .. } = work;
     for ((residual, body), motion) in residuals.iter_mut().zip(step.bodies()).zip(step.motions()) {
-        let (velocity, spin) = motion.expected;
+        let RigidVelocity { velocity, spin } = motion.expected;
         let turned = if body.is_round() { Vector3::zeros() } else { body.spin - spin };
         let free = body.freedom().map(|_| [body.velocity - velocity, turned]);
         *residual = free.unwrap_or_default();
@@ -126,7 +127,7 @@ impl<const D: usize> Sharp<D> {
         for (((history, body), motion), time) in
             histories.zip(&s.bodies).zip(&self.motions).zip(followed)
         {
-            history.displacement = 0.5 * *time * (body.velocity - motion.expected.0);
+            history.displacement = 0.5 * *time * (body.velocity - motion.expected.velocity);
         }
         Ok(())
     }

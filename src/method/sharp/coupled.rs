@@ -8,7 +8,7 @@
 
 use super::cut::CutBodies;
 use crate::grid::VectorField;
-use crate::particles::Body;
+use crate::particles::{Body, RigidVelocity};
 use nalgebra::Vector3;
 
 /// The velocities through faces, and the bodies that cover them.
@@ -45,9 +45,10 @@ impl<'a, const D: usize> CoupledFaces<'a, D> {
 
     /// Sets the velocity (m/s) and the spin (rad/s) of a body to what they are on its rank, whose
     /// faces have them already.
-    pub fn set(&mut self, k: usize, velocity: &Vector3<f64>, spin: &Vector3<f64>) {
+    pub fn set(&mut self, k: usize, motion: &RigidVelocity) {
         let body = &mut self.bodies[k];
-        (body.velocity, body.spin) = (*velocity, *spin);
+        body.velocity = motion.velocity;
+        body.spin = motion.spin;
     }
 
     /// Changes the velocity (m/s) and the spin (rad/s) of a body, and its faces.
@@ -57,11 +58,11 @@ impl<'a, const D: usize> CoupledFaces<'a, D> {
         body.spin += spin;
         let turns = !body.shape().is_round() && *spin != Vector3::zeros();
         for (axis, faces) in self.faces.iter_mut().enumerate() {
-            for cut in &self.cut.bodies[k].cuts[axis] {
+            for cut in &self.cut.bodies[k].faces.cuts[axis] {
                 faces[cut.face as usize] += cut.solid_fraction * velocity[axis];
             }
             if turns {
-                for (cut, centroids) in self.cut.bodies[k].faces(axis) {
+                for (cut, centroids) in self.cut.bodies[k].covered(axis) {
                     faces[cut.face as usize] += spin.cross(&centroids.lever())[axis];
                 }
             }

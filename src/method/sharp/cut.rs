@@ -1,25 +1,21 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
-use super::cut_body::{BEYOND, CutBody, GhostCell};
+use super::cut_body::{BEYOND, CutBody, GhostCell, GhostCells};
 use super::exchanged::ExchangedMomentum;
-use super::gap::{self, Surroundings, smooth_step};
+use super::gap::{self, Profiles, Surroundings, smooth_step};
 use super::ghost_width;
 use super::local::LocalBodies;
 use super::near::{NearBodies, are_one, walls_within};
 use super::neighbour::{self, Neighbour};
-use super::profile::{self, Parabola};
 use super::seen::Before;
 use super::shared::SharedCells;
 use super::stencil::Cubic;
 use super::values::Flow;
 use crate::domain::Domain;
-use crate::geometry::Tiles;
 use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
-use crate::numerics::{
-    CREEPING_LAYER, IMAGE_POINT, LARGEST_PROFILE, RESOLVED_LAYER, SLOPE_IMAGE_POINT,
-};
+use crate::numerics::{CREEPING_LAYER, LARGEST_PROFILE, RESOLVED_LAYER};
 use crate::particles::{Body, all_fixed, nearest_image};
 use crate::reach::Reach;
 use crate::state::BeforeForcing;
@@ -42,25 +38,35 @@ pub struct CutBodies<const D: usize> {
     pub(super) joined: Vec<Vec<(usize, Vector3<f64>)>>,
     /// Per body, how it lay before it moved.
     before: Vec<Before>,
-    /// Those near the body that is rebuilt.
-    beside: Vec<Neighbour>,
     /// What it was rebuilt with of the friction in gaps.
     friction: f64,
     /// Cells to which several bodies are equally near, and that they set.
     shared: SharedCells,
-    /// Scratch of what a body fills, and by axis of the arms to the faces that it covers (m).
-    tiles: Tiles,
-    arms: [Vec<Vector3<f64>>; D],
-    /// Solid fraction of each face of an axis while apertures are set; zero otherwise.
-    pub(super) total: Vec<f64>,
-    /// The faces among them that several bodies cover, and how far all together.
-    pub(super) shared_faces: Vec<(u32, f64)>,
+    rebuilding: Rebuilding<D>,
+    pub(super) covered: CoveredTogether,
     /// Of the faces that bodies cut, and once more of those in narrow gaps, their correction before
     /// a step (m/s).
     pub(super) corrections_before: Vec<f64>,
-    pub(super) periods: [Option<f64>; 3],
     /// The spacing that depths and image points count in (m).
     pub h: f64,
+}
+
+/// Scratch of a body that is rebuilt.
+pub(super) struct Rebuilding<const D: usize> {
+    /// Those near it.
+    beside: Vec<Neighbour>,
+    /// The planes of the lattice about it (m).
+    pub planes: [Vec<f64>; 3],
+    /// By axis, the arms to the faces that it covers (m).
+    pub arms: [Vec<Vector3<f64>>; D],
+}
+
+/// What bodies cover of the faces of an axis, all together, while apertures are set.
+pub(super) struct CoveredTogether {
+    /// Solid fraction of each face; zero otherwise.
+    pub total: Vec<f64>,
+    /// The faces that several bodies cover, and how far.
+    pub shared: Vec<(u32, f64)>,
 }
 
 impl<const D: usize> CutBodies<D> {
@@ -77,9 +83,9 @@ impl<const D: usize> CutBodies<D> {
         } else {
             LocalBodies::all(grid, CutBody::all(grid, bodies, h))
         };
-        let faces: usize = cut.iter().map(|cut| cut.cuts[0].capacity()).sum();
-        let most = cut.iter().map(|cut| cut.cuts[0].capacity()).max().unwrap_or(0);
-        let shared = cut.iter().map(|cut| cut.shared_ghost_cells.capacity()).sum();
+        let faces: usize = cut.iter().map(|cut| cut.faces.cuts[0].capacity()).sum();
+        let most = cut.iter().map(|cut| cut.faces.cuts[0].capacity()).max().unwrap_or(0);
+        let shared = cut.iter().map(|cut| cut.ghosts.shared.capacity()).sum();
         let open = vec![1.0 / domain.fluid.density; grid.field().len()];
         CutBodies {
             bodies: cut,
@@ -95,22 +101,22 @@ impl<const D: usize> CutBodies<D> {
             ),
             joined: joined(bodies),
             before: bodies.iter().map(Before::here).collect(),
-            beside: Vec::with_capacity(16),
             friction: 0.0,
             shared: SharedCells::with_capacity(shared),
-            tiles: Tiles::for_radius(bodies.iter().map(Body::radius).fold(0.0, f64::max), &grid.h),
-            arms: std::array::from_fn(|_| Vec::with_capacity(most)),
-            total: grid.field(),
-            shared_faces: Vec::with_capacity(faces / 4),
+            rebuilding: Rebuilding {
+                beside: Vec::with_capacity(16),
+                planes: std::array::from_fn(|_| Vec::new()),
+                arms: std::array::from_fn(|_| Vec::with_capacity(most)),
+            },
+            covered: CoveredTogether { total: grid.field(), shared: Vec::with_capacity(faces / 4) },
             corrections_before: Vec::with_capacity(2 * D * faces),
-            periods,
             h,
         }
     }
 
     /// Most ghost cells that bodies can have.
     pub fn most_ghost_cells(&self) -> usize {
-        self.bodies.iter().map(|body| body.ghost_cells.capacity()).sum()
+        self.bodies.iter().map(|body| body.ghosts.cells.capacity()).sum()
     }
 
     /// Finds what the bodies cover where they lie, as if they had lain there always.
@@ -129,8 +135,9 @@ impl<const D: usize> CutBodies<D> {
     /// Finds what they cover where they have moved to since [`CutBodies::depart`], a step of `dt`
     /// (s).
     pub fn arrive(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) {
+        let periods = domain.periods();
         for (before, body) in self.before.iter_mut().zip(bodies) {
-            before.way = nearest_image(&before.way, &body.centre, &self.periods);
+            before.way = nearest_image(&before.way, &body.centre, &periods);
         }
         self.rebuild(domain, bodies, Body::moves, dt);
     }
@@ -147,31 +154,27 @@ impl<const D: usize> CutBodies<D> {
         let rate =
             gap::POISEUILLE * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
         let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
-        let cubic = all_fixed(bodies);
-        let reach = gap::reach(cubic) * self.h;
-        let parabola = Parabola::new(IMAGE_POINT);
-        let distance = SLOPE_IMAGE_POINT;
-        let slope =
-            if cubic { profile::slope_of_means(distance) } else { profile::slope(distance) };
+        let profiles = Profiles::new(self.h, friction, all_fixed(bodies));
+        let reach = profiles.reach;
+        let periods = domain.periods();
+        let Rebuilding { beside, planes, arms } = &mut self.rebuilding;
         for (k, cut) in self.bodies.each_mut() {
             let near = &self.near.near[k];
             let another = friction != self.friction;
             if !wanted(&bodies[k]) && stays(&self.near, k, &bodies[k], cut, another) {
                 continue;
             }
-            self.beside.clear();
+            beside.clear();
             // Obstacles that are one solid are one neighbour.
             let is_first = |(place, j): &(usize, &usize)| {
                 near[..*place].iter().all(|i| !are_one(&bodies[*i], &bodies[**j]))
             };
             let near = near.iter().enumerate().filter(is_first);
-            self.beside.extend(
-                near.flat_map(|(_, &j)| Neighbour::all(bodies, k, j, &self.periods, reach)),
-            );
-            self.beside.extend(Neighbour::images(bodies, k, &self.periods, reach));
-            self.beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
+            beside.extend(near.flat_map(|(_, &j)| Neighbour::all(bodies, k, j, &periods, reach)));
+            beside.extend(Neighbour::images(bodies, k, &periods, reach));
+            beside.extend(Neighbour::reflections(bodies, k, grid, boundaries, reach));
             let orientation = bodies[k].orientation();
-            let reached = bodies[k].shape().bounds(&orientation).add_scalar(1.001 * reach);
+            let reached = bodies[k].reach().add_scalar(1.001 * reach);
             let around = Surroundings {
                 grid,
                 boundaries,
@@ -179,17 +182,12 @@ impl<const D: usize> CutBodies<D> {
                 body: k,
                 orientation,
                 round: neighbour::round(&bodies[k]),
-                near: &self.beside,
-                h: self.h,
-                friction,
-                rubs: Cell::new(false),
-                cubic,
-                reach,
+                near: beside,
                 walls: walls_within(grid, &bodies[k].centre, &reached),
-                parabola,
-                slope,
+                rubs: Cell::new(false),
+                profiles: &profiles,
             };
-            cut.rebuild(&around, k, &self.before[k], &mut self.tiles, &mut self.arms);
+            cut.rebuild(&around, k, &self.before[k], planes, arms);
         }
         self.friction = friction;
         self.shared.share(self.bodies.as_mut_slice());
@@ -205,7 +203,7 @@ impl<const D: usize> CutBodies<D> {
             let body = &bodies[k];
             let before = &before[k];
             let shape = body.shape();
-            let bounds = shape.bounds(&body.orientation()).sup(&shape.bounds(&before.orientation));
+            let bounds = body.reach().sup(&shape.turned(&before.orientation).bounds());
             bounds.add_scalar(before.way.norm().max(tight) + BEYOND * *h)
         });
         self.bodies.keep(&domain.grid, self.reach.here());
@@ -216,7 +214,7 @@ impl<const D: usize> CutBodies<D> {
         let whole = 1.0 / domain.fluid.density;
         let beta = self.beta.field(&domain.grid);
         for (axis, beta) in beta.iter_mut().enumerate() {
-            let cuts = self.bodies.iter().flat_map(|body| &body.cuts[axis]);
+            let cuts = self.bodies.iter().flat_map(|body| &body.faces.cuts[axis]);
             cuts.for_each(|cut| beta[cut.face as usize] = whole);
         }
     }
@@ -270,14 +268,14 @@ impl<const D: usize> CutBodies<D> {
         let fluid = &domain.fluid;
         let creeping = CREEPING_LAYER * fluid.viscosity / (fluid.density * self.h);
         for (k, cut) in self.bodies.each_mut() {
-            let CutBody { profiles, shares, stencils, cubic, .. } = cut;
+            let CutBody { ghosts: GhostCells { profiles, cubic, .. }, stencils, .. } = cut;
             let flow = Flow { grid, u, bodies, k };
             for cubic in cubic.iter_mut().filter(|_| creeping > 0.0) {
-                let own = stencils.value(&profiles[cubic.profile as usize], &flow);
+                let profile = &profiles[cubic.profile as usize];
+                let own = stencils.value(profile, &flow);
                 let all = stencils.value(&cubic.cubic, &flow);
                 let numbers = stencils.fastest(&cubic.cubic, &flow) / creeping;
-                let share = shares.get(cubic.profile as usize).copied().unwrap_or(1.0);
-                let share = share * (1.0 - smooth_step(numbers, 1.0, 3.0));
+                let share = profile.share * (1.0 - smooth_step(numbers, 1.0, 3.0));
                 cubic.added = share * (all - cubic.part * own);
             }
         }
@@ -290,7 +288,7 @@ impl<const D: usize> CutBodies<D> {
         before_forcing: &mut Vec<BeforeForcing<D>>,
     ) {
         before_forcing.clear();
-        let cells = self.bodies.iter().flat_map(|cut| &cut.ghost_cells).filter(|g| g.first);
+        let cells = self.bodies.iter().flat_map(|cut| &cut.ghosts.cells).filter(|g| g.first);
         before_forcing.extend(cells.map(|ghost| BeforeForcing {
             cell: ghost.cell,
             velocity: std::array::from_fn(|a| u[a][ghost.cell as usize]),
@@ -299,19 +297,15 @@ impl<const D: usize> CutBodies<D> {
 
     /// Finds what the velocity `u` (m/s) has in all ghost cells beyond their targets.
     pub fn find_offsets(&mut self, u: &VectorField<D>) {
-        for CutBody { ghost_cells, targets, offsets, .. } in self.bodies.iter_mut() {
-            offsets.clear();
-            let all = ghost_cells.iter().zip(&*targets);
-            offsets.extend(all.map(|(ghost, target)| vector(u, ghost.cell as usize) - target));
+        for ghost in self.bodies.iter_mut().flat_map(|cut| &mut cut.ghosts.cells) {
+            ghost.offset = vector(u, ghost.cell as usize) - ghost.target;
         }
     }
 
     /// Adds a part of these to the targets.
     pub fn add_offsets(&mut self, part: f64) {
-        for CutBody { targets, offsets, .. } in self.bodies.iter_mut() {
-            for (target, offset) in targets.iter_mut().zip(offsets) {
-                *target += part * *offset;
-            }
+        for ghost in self.bodies.iter_mut().flat_map(|cut| &mut cut.ghosts.cells) {
+            ghost.target += part * ghost.offset;
         }
     }
 
@@ -326,12 +320,11 @@ impl<const D: usize> CutBodies<D> {
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();
         for (k, cut) in self.bodies.each() {
-            let all = cut.ghost_cells.iter().zip(&cut.targets);
-            for (ghost, target) in all.filter(|(ghost, _)| cleared || !ghost.cleared) {
+            for ghost in cut.ghosts.cells.iter().filter(|ghost| cleared || !ghost.cleared) {
                 let mut added = Vector3::zeros();
                 let cell = ghost.cell as usize;
                 for (a, field) in u.iter_mut().enumerate() {
-                    let change = ghost.weight * (target[a] - field[cell]);
+                    let change = ghost.weight * (ghost.target[a] - field[cell]);
                     added[a] = mass * change;
                     field[cell] += change;
                 }
@@ -350,12 +343,11 @@ impl<const D: usize> CutBodies<D> {
         start: &VectorField<D>,
         u: &mut VectorField<D>,
     ) {
-        let all = self.bodies.iter().flat_map(|cut| cut.ghost_cells.iter().zip(&cut.targets));
-        for (ghost, target) in all {
+        for ghost in self.bodies.iter().flat_map(|cut| &cut.ghosts.cells) {
             for (a, (start, u)) in start.iter().zip(u.iter_mut()).enumerate() {
                 let cell = ghost.cell as usize;
                 let start = start[ghost.cell as usize];
-                u[cell] += ghost.weight * (start + part * (target[a] - start) - u[cell]);
+                u[cell] += ghost.weight * (start + part * (ghost.target[a] - start) - u[cell]);
             }
         }
     }
@@ -405,14 +397,13 @@ impl<const D: usize> WithSimd for FindTargets<'_, D> {
     fn with_simd<S: Simd>(self, simd: S) {
         let FindTargets { cuts, bodies, grid, u, limit, cleared } = self;
         for (k, cut) in cuts.each_mut() {
-            let CutBody { ghost_cells, profiles, shares, targets, stencils, cubic, .. } = cut;
+            let CutBody { ghosts: GhostCells { cells, profiles, cubic, .. }, stencils, .. } = cut;
             let sets = |ghost: &GhostCell| cleared || !ghost.cleared;
-            for (ghost, target) in ghost_cells.iter().zip(targets.iter_mut()) {
+            for ghost in cells.iter_mut() {
                 let rigid = bodies[k].velocity_at(&ghost.arm);
-                *target = if sets(ghost) { rigid } else { Vector3::zeros() };
+                ghost.target = if sets(ghost) { rigid } else { Vector3::zeros() };
             }
             let flow = Flow { grid, u, bodies, k };
-            let mut shares = shares.iter();
             stencils.values(
                 simd,
                 profiles,
@@ -420,15 +411,14 @@ impl<const D: usize> WithSimd for FindTargets<'_, D> {
                 limit,
                 #[inline(always)]
                 |profile, value| {
-                    let place = profile.place as usize;
-                    let share = shares.next().unwrap_or(&1.0);
-                    if sets(&ghost_cells[place]) {
-                        targets[place] += *share * value;
+                    let ghost = &mut cells[profile.place as usize];
+                    if sets(ghost) {
+                        ghost.target += profile.share * value;
                     }
                 },
             );
             for Cubic { cubic, added, .. } in cubic {
-                targets[cubic.place as usize] += *added;
+                cells[cubic.place as usize].target += *added;
             }
         }
     }

@@ -10,8 +10,8 @@ use super::seen::{Before, Feet, Kept, KeptFace};
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Reading, Stencils};
 use crate::geometry::{
-    Block, Cut, Cuts, FaceCentroids, Overlap, Placed, Shape, SurfacePoint, Tiles, aperture,
-    fraction, images,
+    Block, Cut, Cuts, FaceCentroids, Overlap, Placed, Shape, SurfacePoint, aperture, fraction,
+    images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
@@ -35,6 +35,11 @@ pub struct GhostCell {
     /// How much of what it has gives way to the profile: less than all outside, in gaps that the
     /// grid does not resolve.
     pub weight: f64,
+    /// The velocity that it is set to (m/s), as last found.
+    pub target: Vector3<f64>,
+    /// Its velocity at the start of the step less the target at its end (m/s), where steps need
+    /// that.
+    pub offset: Vector3<f64>,
     /// Its index in a field.
     pub cell: u32,
     /// Whether it lies outside by now, and was inside before the body moved.
@@ -46,6 +51,8 @@ pub struct GhostCell {
 /// A cell that a body touches and is nearest to, alone or with others.
 #[derive(Clone, Debug)]
 pub struct OwnCell<const D: usize> {
+    /// From the body's centre (m).
+    pub arm: Vector3<f64>,
     /// How far the body speaks for the surface there: wholly where no other body is about as near.
     pub ownership: f64,
     /// Acceleration that its cut faces add to the mean acceleration of its faces (m/s2), as last
@@ -67,62 +74,134 @@ pub struct GapFace {
     pub kept: f64,
 }
 
+/// The faces that a body covers.
+#[derive(Clone, Debug)]
+pub struct CoveredFaces<const D: usize> {
+    /// Those within the box, by axis.
+    pub cuts: [Cuts<D>; D],
+    /// Those at the sides of the box that an obstacle covers, by axis.
+    pub at_sides: [Cuts<D>; D],
+    /// Of an obstacle that is one solid with others, the numbers among them to which the cells
+    /// below and above each face belong, by axis.
+    pub owners: [Vec<[u32; 2]>; D],
+    /// Those in narrow gaps that are nearest to it, by axis.
+    pub gaps: [Vec<GapFace>; D],
+    /// Whether they may be faces of cells at a closed side of the box.
+    pub at_boundary: bool,
+}
+
+/// The cells that a body touches and is nearest to.
+#[derive(Clone, Debug)]
+pub struct OwnCells<const D: usize> {
+    /// All of them.
+    pub cells: Vec<OwnCell<D>>,
+    /// Those that it shares with others.
+    pub shared: Vec<SharedCell>,
+}
+
+/// The cells whose velocity a body sets.
+#[derive(Clone, Debug, Default)]
+pub struct GhostCells {
+    /// All of them.
+    pub cells: Vec<GhostCell>,
+    /// The profiles of those that are not deep inside: one from each face that is about as near.
+    pub profiles: Vec<Reading>,
+    /// The cubic extrapolation of those that have one; none where a body moves.
+    pub cubic: Vec<Cubic>,
+    /// Those that it shares with others.
+    pub shared: Vec<SharedCell>,
+    /// Scratch of the faces that are about as near to one.
+    pub(super) feet: Feet,
+}
+
+/// The surface of a body, where its traction is taken.
+#[derive(Clone, Debug)]
+pub struct SurfaceReadings {
+    /// Where all points lie in the body's own axes, about two a spacing; round bodies of one radius
+    /// have one list.
+    quadrature_points: Arc<[SurfacePoint]>,
+    /// Those of this rank, with the slope of the velocity along the outward normal there (1/s), by
+    /// their parts of the surface (m2; m per metre of depth).
+    pub points: Vec<Reading>,
+    /// Whether it is flat in places: two points side by side have one normal.
+    pub(super) flat: bool,
+}
+
 /// A body on the grid.
 #[derive(Clone, Debug)]
 pub struct CutBody<const D: usize> {
-    /// Faces that it covers, by axis.
-    pub cuts: [Cuts<D>; D],
-    /// Faces at the sides of the box that an obstacle covers, by axis.
-    pub at_sides: [Cuts<D>; D],
-    /// Of an obstacle that is one solid with others, the numbers among them to which the cells
-    /// below and above each of these faces belong, by axis.
-    pub owners: [Vec<[u32; 2]>; D],
+    /// Faces that it covers.
+    pub faces: CoveredFaces<D>,
+    /// Cells that it touches, with its fraction of them.
+    pub solid: Vec<Overlap>,
+    /// Those of the cells that it touches to which no other body is nearer.
+    pub own: OwnCells<D>,
+    /// Cells whose velocity it sets.
+    pub ghosts: GhostCells,
+    /// Its surface.
+    pub surface: SurfaceReadings,
+    /// Stencils by which it reads the velocity beside its surface.
+    pub stencils: Stencils<D>,
+    /// What it found before, of a body that stays where it is.
+    pub(super) kept: Option<Box<Kept<D>>>,
     /// Whether another body or a surface is so near that there may be some in narrow gaps.
     pub has_neighbours: bool,
     /// Whether what it has of gaps depends on how long the step is.
     rubs: bool,
-    /// Those in narrow gaps that are nearest to it, by axis.
-    pub gaps: [Vec<GapFace>; D],
-    /// Whether it may cover faces of cells at a closed side of the box.
-    pub at_boundary: bool,
-    /// Cells that it touches, with its fraction of them.
-    pub solid: Vec<Overlap>,
-    /// Those of the cells that it touches to which no other body is nearer, and how far they are
-    /// from its centre (m).
-    pub own_cells: Vec<OwnCell<D>>,
-    pub own_arms: Vec<Vector3<f64>>,
-    /// Those that it shares with others.
-    pub shared_own_cells: Vec<SharedCell>,
-    /// Whether its surface is flat in places: two points side by side have one normal.
-    pub(super) flat: bool,
-    /// Cells whose velocity it sets.
-    pub ghost_cells: Vec<GhostCell>,
-    /// The profiles of those that are not deep inside: one from each face that is about as near.
-    pub profiles: Vec<Reading>,
-    /// The share of each in its ghost cell, of a body that is not round.
-    pub shares: Vec<f64>,
-    /// Scratch of the faces that are about as near to a ghost cell.
-    pub(super) feet: Feet,
-    /// What it found before, of a body that stays where it is.
-    pub(super) kept: Option<Box<Kept<D>>>,
-    /// The velocity that each is set to (m/s), as last found.
-    pub targets: Vec<Vector3<f64>>,
-    /// Velocity of each at the start of the step less the target at its end (m/s), where steps need
-    /// that.
-    pub offsets: Vec<Vector3<f64>>,
-    /// Those that it shares with others.
-    pub shared_ghost_cells: Vec<SharedCell>,
-    /// The cubic extrapolation of the ghost cells that have one; none where a body moves.
-    pub cubic: Vec<Cubic>,
-    /// Points on its surface, of this rank, with the slope of the velocity along the outward normal
-    /// there (1/s), and their parts of the surface (m2; m per metre of depth).
-    pub points: Vec<Reading>,
-    pub areas: Vec<f64>,
-    /// Where they all lie in the body's own axes, about two a spacing; round bodies of one radius
-    /// have one list.
-    quadrature_points: Arc<[SurfacePoint]>,
-    /// Stencils by which it reads the velocity beside its surface.
-    pub stencils: Stencils<D>,
+}
+
+impl<const D: usize> CoveredFaces<D> {
+    /// None yet, with room for so many along an axis.
+    fn with_capacity(faces: usize) -> CoveredFaces<D> {
+        CoveredFaces {
+            cuts: std::array::from_fn(|_| Cuts::with_capacity(faces)),
+            at_sides: std::array::from_fn(|_| Cuts::with_capacity(0)),
+            owners: std::array::from_fn(|_| Vec::new()),
+            gaps: std::array::from_fn(|_| Vec::with_capacity(faces)),
+            at_boundary: false,
+        }
+    }
+}
+
+impl<const D: usize> OwnCells<D> {
+    /// None yet, with room for so many, of which so many touch the body.
+    fn with_capacity(cells: usize, touched: usize) -> OwnCells<D> {
+        let shared = Vec::with_capacity(touched / FEW);
+        OwnCells { cells: Vec::with_capacity(cells), shared }
+    }
+
+    fn clear(&mut self) {
+        self.cells.clear();
+        self.shared.clear();
+    }
+}
+
+impl GhostCells {
+    /// None yet, with room for so many.
+    fn with_capacity(cells: usize) -> GhostCells {
+        GhostCells {
+            cells: Vec::with_capacity(cells),
+            profiles: Vec::with_capacity(cells),
+            cubic: Vec::new(),
+            shared: Vec::with_capacity(cells / FEW),
+            feet: Feet::with_capacity(MOST_FEET),
+        }
+    }
+
+    fn clear(&mut self) {
+        self.cells.clear();
+        self.profiles.clear();
+        self.cubic.clear();
+        self.shared.clear();
+    }
+}
+
+impl SurfaceReadings {
+    /// With these points, of which none has been read.
+    fn new(quadrature_points: Arc<[SurfacePoint]>) -> SurfaceReadings {
+        let points = Vec::with_capacity(quadrature_points.len());
+        SurfaceReadings { quadrature_points, points, flat: false }
+    }
 }
 
 impl<const D: usize> CutBody<D> {
@@ -156,7 +235,8 @@ impl<const D: usize> CutBody<D> {
     ) -> CutBody<D> {
         if shape.is_obstacle() {
             // It takes the room that it needs when it is first built.
-            return CutBody { quadrature_points, ..CutBody::elsewhere(grid) };
+            let surface = SurfaceReadings::new(quadrature_points);
+            return CutBody { surface, ..CutBody::elsewhere(grid) };
         }
         let cells = |beyond: f64| fraction::most_cells(grid, shape.radius() + beyond * h);
         let own = if shape.is_round() { 0.0 } else { 1.0 };
@@ -164,79 +244,47 @@ impl<const D: usize> CutBody<D> {
         let ghosts = fraction::most_middles(grid, tight);
         let points = quadrature_points.len();
         CutBody {
-            cuts: std::array::from_fn(|_| Cuts::with_capacity(cells(1.0))),
-            at_sides: std::array::from_fn(|_| Cuts::with_capacity(0)),
-            owners: std::array::from_fn(|_| Vec::new()),
+            faces: CoveredFaces::with_capacity(cells(1.0)),
+            solid: Vec::with_capacity(cells(0.0)),
+            own: OwnCells::with_capacity(cells(own), cells(0.0)),
+            ghosts: GhostCells::with_capacity(ghosts),
+            surface: SurfaceReadings::new(quadrature_points),
+            stencils: Stencils::new(grid, ghosts, points, shape.is_round()),
+            kept: None,
             has_neighbours: false,
             rubs: false,
-            gaps: std::array::from_fn(|_| Vec::with_capacity(cells(1.0))),
-            at_boundary: false,
-            solid: Vec::with_capacity(cells(0.0)),
-            own_cells: Vec::with_capacity(cells(own)),
-            own_arms: Vec::with_capacity(cells(own)),
-            shared_own_cells: Vec::with_capacity(cells(0.0) / FEW),
-            flat: false,
-            ghost_cells: Vec::with_capacity(ghosts),
-            profiles: Vec::with_capacity(ghosts),
-            shares: Vec::with_capacity(if shape.is_round() { 0 } else { ghosts }),
-            feet: Feet::with_capacity(MOST_FEET),
-            kept: None,
-            targets: Vec::with_capacity(ghosts),
-            offsets: Vec::with_capacity(ghosts),
-            shared_ghost_cells: Vec::with_capacity(ghosts / FEW),
-            cubic: Vec::new(),
-            points: Vec::with_capacity(points),
-            areas: Vec::with_capacity(points),
-            quadrature_points,
-            stencils: Stencils::new(grid, ghosts, points, shape.is_round()),
         }
     }
 
     /// Nothing: of a body that does not reach into this rank's box.
     pub fn elsewhere(grid: &Grid<D>) -> CutBody<D> {
         CutBody {
-            cuts: std::array::from_fn(|_| Cuts::with_capacity(0)),
-            at_sides: std::array::from_fn(|_| Cuts::with_capacity(0)),
-            owners: std::array::from_fn(|_| Vec::new()),
+            faces: CoveredFaces::with_capacity(0),
+            solid: Vec::new(),
+            own: OwnCells::with_capacity(0, 0),
+            ghosts: GhostCells::default(),
+            surface: SurfaceReadings::new(Arc::new([])),
+            stencils: Stencils::new(grid, 0, 0, true),
+            kept: None,
             has_neighbours: false,
             rubs: false,
-            gaps: std::array::from_fn(|_| Vec::new()),
-            at_boundary: false,
-            solid: Vec::new(),
-            own_cells: Vec::new(),
-            own_arms: Vec::new(),
-            shared_own_cells: Vec::new(),
-            flat: false,
-            ghost_cells: Vec::new(),
-            profiles: Vec::new(),
-            shares: Vec::new(),
-            feet: Feet::default(),
-            kept: None,
-            targets: Vec::new(),
-            offsets: Vec::new(),
-            shared_ghost_cells: Vec::new(),
-            cubic: Vec::new(),
-            points: Vec::new(),
-            areas: Vec::new(),
-            quadrature_points: Arc::new([]),
-            stencils: Stencils::new(grid, 0, 0, true),
         }
     }
 
     /// Whether it has to be built, having just come, or has nothing here.
     pub fn is_empty(&self) -> bool {
-        self.quadrature_points.is_empty()
+        self.surface.quadrature_points.is_empty()
     }
 
     /// The faces along `axis` that it covers.
-    pub fn faces(&self, axis: usize) -> impl Iterator<Item = (&Cut, &FaceCentroids<D>)> {
-        self.cuts[axis].with_centroids()
+    pub fn covered(&self, axis: usize) -> impl Iterator<Item = (&Cut, &FaceCentroids<D>)> {
+        self.faces.cuts[axis].with_centroids()
     }
 
     /// Gives the faces that it covers, whose velocity is the fluid's (m/s), their part of its own.
     pub fn cover_faces(&self, body: &Body, faces: &mut VectorField<D>) {
         for (axis, faces) in faces.iter_mut().enumerate() {
-            for (cut, centroids) in self.faces(axis) {
+            for (cut, centroids) in self.covered(axis) {
                 let face = &mut faces[cut.face as usize];
                 *face += cut.solid_fraction * (body.velocity[axis] - *face)
                     + body.spin.cross(&centroids.lever())[axis];
@@ -244,38 +292,40 @@ impl<const D: usize> CutBody<D> {
         }
     }
 
-    /// Finds the faces and cells of the body `k`, as it lies now and lay `before`; in `tiles` and
+    /// Finds the faces and cells of the body `k`, as it lies now and lay `before`; in `planes` and
     /// `arms` is scratch.
     pub fn rebuild(
         &mut self,
         around: &Surroundings<D>,
         k: usize,
         before: &Before,
-        tiles: &mut Tiles,
+        planes: &mut [Vec<f64>; 3],
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
         let grid = around.grid;
         let body = &around.bodies[k];
-        let orientation = &around.orientation;
         let shape = body.shape();
         self.has_neighbours = around.has_neighbours(k);
-        let tight = if self.has_neighbours { gap::UNRESOLVED * around.h } else { 0.0 };
-        let bounds = shape.bounds(orientation).sup(&shape.bounds(&before.orientation));
-        let reached = bounds.add_scalar(before.way.norm().max(tight)).add_scalar(BEYOND * around.h);
+        let tight = if self.has_neighbours { gap::UNRESOLVED * around.profiles.h } else { 0.0 };
+        let bounds = body.reach().sup(&shape.turned(&before.orientation).bounds());
+        let reached =
+            bounds.add_scalar(before.way.norm().max(tight)).add_scalar(BEYOND * around.profiles.h);
         if images(grid, body.shape(), &body.centre)
             .all(|image| Block::owned(grid, &image, &reached).ends().is_none())
         {
-            if !self.quadrature_points.is_empty() {
+            if !self.surface.quadrature_points.is_empty() {
                 // It has left: its room goes with it.
                 *self = CutBody::elsewhere(grid);
             }
             return;
         }
-        if self.quadrature_points.is_empty() {
-            self.quadrature_points = shape.surface(around.h).into();
+        if self.surface.quadrature_points.is_empty() {
+            self.surface.quadrature_points = shape.surface(around.profiles.h).into();
         }
-        self.find_covered(around, k, &bounds, tiles, arms);
-        self.clear();
+        self.find_covered(around, k, &bounds, planes, arms);
+        self.own.clear();
+        self.ghosts.clear();
+        self.faces.gaps.iter_mut().for_each(Vec::clear);
         self.stencils.begin(grid, &body.centre);
         self.find_cells(around, k, before, &bounds, tight);
         if tight > 0.0 {
@@ -307,7 +357,7 @@ impl<const D: usize> CutBody<D> {
         around: &Surroundings<D>,
         k: usize,
         bounds: &Vector3<f64>,
-        tiles: &mut Tiles,
+        planes: &mut [Vec<f64>; 3],
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
         let grid = around.grid;
@@ -317,29 +367,30 @@ impl<const D: usize> CutBody<D> {
             self.restore_faces();
             return;
         }
-        let (shape, placed) =
-            (body.shape(), Placed { shape: body.shape(), centre: body.centre, orientation });
-        let mut points = self.quadrature_points.windows(2);
-        self.flat = points.any(|two| two[0].normal == two[1].normal);
+        let shape = body.shape();
+        let placed = Placed { shape, centre: body.centre, orientation };
+        let mut points = self.surface.quadrature_points.windows(2);
+        self.surface.flat = points.any(|two| two[0].normal == two[1].normal);
         // A face along an axis has a cell on either side.
         let reached = bounds + Vector3::from_fn(|a, _| if a < D { 2.0 * grid.h[a] } else { 0.0 });
         let walls = walls_within(grid, &body.centre, &reached);
-        self.at_boundary = walls.as_flattened().contains(&true);
-        for (axis, cuts) in self.cuts.iter_mut().enumerate() {
+        self.faces.at_boundary = walls.as_flattened().contains(&true);
+        let CoveredFaces { cuts, at_sides, .. } = &mut self.faces;
+        for (axis, cuts) in cuts.iter_mut().enumerate() {
             if shape.is_obstacle() {
-                let sides = &mut self.at_sides[axis];
-                aperture::cuts_at_sides(grid, axis, &placed, tiles, sides, &mut arms[axis]);
+                let sides = &mut at_sides[axis];
+                aperture::cuts_at_sides(grid, axis, &placed, planes, sides, &mut arms[axis]);
             }
-            aperture::cuts(grid, axis, &placed, tiles, cuts, &mut arms[axis]);
+            aperture::cuts(grid, axis, &placed, planes, cuts, &mut arms[axis]);
         }
         self.find_owners(grid, shape, arms);
-        fraction::overlaps(grid, &placed, fraction::Rule::Exact, tiles, &mut self.solid);
+        fraction::overlaps(grid, &placed, fraction::Rule::Exact, planes, &mut self.solid);
         self.kept = Kept::of(body);
         if let Some(kept) = &mut self.kept {
-            for ((kept, cuts), arms) in kept.faces.iter_mut().zip(&self.cuts).zip(arms) {
+            for ((kept, cuts), arms) in kept.faces.iter_mut().zip(&self.faces.cuts).zip(arms) {
                 kept.extend(cuts.iter().zip(arms).map(|(cut, arm)| {
                     let Cut { solid_fraction, .. } = *cut;
-                    let distance = || around.distance(shape, &orientation, arm);
+                    let distance = || around.distance(&orientation, arm);
                     let distance = if solid_fraction < 1.0 { distance() } else { 0.0 };
                     KeptFace { solid_fraction, arm: *arm, distance }
                 }));
@@ -350,7 +401,7 @@ impl<const D: usize> CutBody<D> {
     /// Covers the faces again as they were before others shared them.
     fn restore_faces(&mut self) {
         let Some(kept) = &self.kept else { return };
-        for (cuts, kept) in self.cuts.iter_mut().zip(&kept.faces) {
+        for (cuts, kept) in self.faces.cuts.iter_mut().zip(&kept.faces) {
             for (cut, kept) in cuts.iter_mut().zip(kept) {
                 cut.solid_fraction = kept.solid_fraction;
             }
@@ -363,7 +414,7 @@ impl<const D: usize> CutBody<D> {
         let Some(obstacle) = shape.obstacle().filter(|obstacle| obstacle.is_joined()) else {
             return;
         };
-        for (axis, (owners, arms)) in self.owners.iter_mut().zip(arms).enumerate() {
+        for (axis, (owners, arms)) in self.faces.owners.iter_mut().zip(arms).enumerate() {
             let step = 0.5 * grid.h[axis] * Vector3::ith(axis, 1.0);
             owners.clear();
             owners.extend(
@@ -374,15 +425,15 @@ impl<const D: usize> CutBody<D> {
 
     /// Finds the faces in gaps that the grid does not resolve, by the arms to their centres (m).
     fn find_gaps(&mut self, around: &Surroundings<D>, k: usize, arms: &[Vec<Vector3<f64>>; D]) {
-        let shape = around.bodies[k].shape();
         let kept = self.kept.as_ref();
-        for (axis, gaps) in self.gaps.iter_mut().enumerate() {
-            let cuts = self.cuts[axis].iter().enumerate();
+        let CoveredFaces { cuts, gaps, .. } = &mut self.faces;
+        for (axis, gaps) in gaps.iter_mut().enumerate() {
+            let cuts = cuts[axis].iter().enumerate();
             for (n, cut) in cuts.filter(|(_, cut)| cut.solid_fraction < 1.0) {
                 let (arm, own) = kept.map_or_else(
                     || {
                         let arm = &arms[axis][n];
-                        (arm, around.distance(shape, &around.orientation, arm))
+                        (arm, around.distance(&around.orientation, arm))
                     },
                     |kept| (&kept.faces[axis][n].arm, kept.faces[axis][n].distance),
                 );
@@ -394,30 +445,17 @@ impl<const D: usize> CutBody<D> {
         }
     }
 
-    fn clear(&mut self) {
-        self.own_cells.clear();
-        self.own_arms.clear();
-        self.shared_own_cells.clear();
-        self.ghost_cells.clear();
-        self.profiles.clear();
-        self.shares.clear();
-        self.shared_ghost_cells.clear();
-        self.cubic.clear();
-        self.gaps.iter_mut().for_each(Vec::clear);
-    }
-
     /// The points of the surface; each belongs to the rank of its cell.
     fn place_points(&mut self, around: &Surroundings<D>, k: usize) {
-        self.points.clear();
-        self.areas.clear();
+        self.surface.points.clear();
         let grid = around.grid;
         let body = &around.bodies[k];
-        let bounds = body.shape().bounds(&around.orientation);
+        let bounds = body.reach();
         let inside = Block::is_inside(grid, &body.centre, &bounds)
             .then(|| self.stencils.image(grid, body.centre));
         let mut kept = self.kept.take();
-        for i in 0..self.quadrature_points.len() {
-            let SurfacePoint { place, normal, area } = self.quadrature_points[i];
+        let SurfaceReadings { quadrature_points, points, .. } = &mut self.surface;
+        for SurfacePoint { place, normal, area } in quadrature_points.iter() {
             let arm = around.orientation * place;
             let image = || {
                 let centre = images(grid, body.shape(), &body.centre)
@@ -428,12 +466,12 @@ impl<const D: usize> CutBody<D> {
             let mut normal = Normal::new(around.round, &arm, 0.0, around.orientation * normal);
             let ahead = || around.ahead(&normal, false);
             normal.ahead = match &mut kept {
-                Some(kept) if around.round.is_none() => kept.ahead_of(self.areas.len(), ahead),
+                Some(kept) if around.round.is_none() => kept.ahead_of(points.len(), ahead),
                 _ => ahead(),
             };
             let stencil = self.stencils.slope(around, &image, &normal);
-            self.points.push(Reading { arm, stencil, place: self.areas.len() as u32 });
-            self.areas.push(area);
+            let place = points.len() as u32;
+            points.push(Reading { arm, stencil, place, share: *area });
         }
         self.kept = kept;
     }

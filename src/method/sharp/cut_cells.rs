@@ -8,7 +8,7 @@
 //!   .   .  . --+   .
 //! ```
 
-use super::cut_body::{CutBody, GhostCell, OwnCell};
+use super::cut_body::{CutBody, GhostCell, OwnCell, OwnCells};
 use super::gap::{Surroundings, UNRESOLVED, smooth_step};
 use super::normal::{Foot, Normal};
 use super::seen::{Before, Feet, Known, Reach, SeenCell, Sight};
@@ -46,10 +46,10 @@ impl<const D: usize> CutBody<D> {
     ) {
         let reach = self.reach(around, k, before, tight);
         let mut kept = self.kept.take();
-        let mut feet = std::mem::take(&mut self.feet);
+        let mut feet = std::mem::take(&mut self.ghosts.feet);
         if let Some(kept) = kept.as_mut().filter(|_| around.round.is_none()) {
             if !kept.sees {
-                let reach = self.reach(around, k, before, UNRESOLVED * around.h);
+                let reach = self.reach(around, k, before, UNRESOLVED * around.profiles.h);
                 self.see_cells(around, k, before, bounds, &reach, |_, mut seen| {
                     seen.find_feet(around, k, &reach, &mut kept.feet, &mut feet.near);
                     kept.cells.push(seen);
@@ -71,9 +71,8 @@ impl<const D: usize> CutBody<D> {
                 body.add_cell(around, &reach, &seen, owned, of_cell);
             });
         }
-        (self.kept, self.feet) = (kept, feet);
-        self.targets.clear();
-        self.targets.resize(self.ghost_cells.len(), Vector3::zeros());
+        self.kept = kept;
+        self.ghosts.feet = feet;
     }
 
     /// Calls with the cells that concern it, of those within `bounds` about its centre (m) and the
@@ -102,13 +101,13 @@ impl<const D: usize> CutBody<D> {
                 let Some(cell) = grid.owned_index(at) else { continue };
                 // Cells that it touches come in the same order, image by image; the next one may be
                 // the first that another image touches.
-                let own =
-                    |solid: &Overlap| solid.cell == cell && (solid.arm - arm).amax() < around.h;
+                let own = |solid: &Overlap| {
+                    solid.cell == cell && (solid.arm - arm).amax() < around.profiles.h
+                };
                 let touched = self.solid.get(touched_cells).filter(|solid| own(solid));
                 let touched = touched.map(|solid| solid.arm);
                 touched_cells += usize::from(touched.is_some());
-                let shape = body.shape();
-                let sight = reach.sight(around, shape, before, &arm, touched.is_some(), &mut known);
+                let sight = reach.sight(around, before, &arm, touched.is_some(), &mut known);
                 if let Some(sight) = sight {
                     let cell = cell as u32;
                     found(self, SeenCell { image, arm, touched, sight, cell, feet: [0; 2] });
@@ -149,20 +148,21 @@ impl<const D: usize> CutBody<D> {
         Reach {
             tight,
             way: before.way.norm() + (turned + 1e-9) * body.radius(),
-            beside: if self.flat { beside_face(around.grid) } else { 0.0 },
-            outside: if self.flat && around.cubic { 2.0 * CLOSE * around.h } else { 0.0 },
+            beside: if self.surface.flat { beside_face(around.grid) } else { 0.0 },
+            outside: if self.surface.flat && around.profiles.cubic {
+                2.0 * CLOSE * around.profiles.h
+            } else {
+                0.0
+            },
         }
     }
 
     fn add_own_cell(&mut self, arm: Vector3<f64>, owned: f64, cell: u32) {
+        let OwnCells { cells, shared } = &mut self.own;
         if owned < 1.0 {
-            let next = SharedCell::next(&self.own_cells, cell, owned, 1.0, false);
-            self.shared_own_cells.push(next);
+            shared.push(SharedCell::next(cells, cell, owned, 1.0, false));
         }
-        let ownership = owned;
-        let cut_change = [0.0; D];
-        self.own_cells.push(OwnCell { ownership, cut_change, cell });
-        self.own_arms.push(arm);
+        cells.push(OwnCell { arm, ownership: owned, cut_change: [0.0; D], cell });
     }
 
     /// Adds a ghost cell, and the profiles that it needs, from these feet; the deep ones have none.
@@ -182,9 +182,12 @@ impl<const D: usize> CutBody<D> {
             let (across, share) = self.stencils.profile_across(around, image, &normal, s);
             weight = share;
             if weight > 0.0 {
-                self.add_profile(around, arm, across, 1.0);
-            } else if self.flat && around.cubic && s < 2.0 * CLOSE * around.h {
-                weight = 1.0 - smooth_step(s / around.h, CLOSE, 2.0 * CLOSE);
+                self.add_profile(arm, across, 1.0);
+            } else if self.surface.flat
+                && around.profiles.cubic
+                && s < 2.0 * CLOSE * around.profiles.h
+            {
+                weight = 1.0 - smooth_step(s / around.profiles.h, CLOSE, 2.0 * CLOSE);
                 self.add_profile_at(around, image, arm, &normal, foot, 1.0);
             } else if !shared {
                 return;
@@ -206,13 +209,18 @@ impl<const D: usize> CutBody<D> {
             }
         }
         if shared {
-            let next = SharedCell::next(&self.ghost_cells, *cell, owned, weight, cleared);
-            self.shared_ghost_cells.push(next);
+            let next = SharedCell::next(&self.ghosts.cells, *cell, owned, weight, cleared);
+            self.ghosts.shared.push(next);
         }
-        let arm = *arm;
-        let cell = *cell;
-        let first = true;
-        self.ghost_cells.push(GhostCell { arm, weight, cell, cleared, first });
+        self.ghosts.cells.push(GhostCell {
+            arm: *arm,
+            weight,
+            target: Vector3::zeros(),
+            offset: Vector3::zeros(),
+            cell: *cell,
+            cleared,
+            first: true,
+        });
     }
 
     /// Adds the profile from a foot along its normal to the ghost cell that comes next.
@@ -227,27 +235,20 @@ impl<const D: usize> CutBody<D> {
     ) {
         let s = foot.near.distance;
         let stencil = self.stencils.profile(around, image, normal, s);
-        if around.cubic {
-            let own = Reading { arm: *arm, stencil, place: self.ghost_cells.len() as u32 };
-            let own = (self.profiles.len(), &own);
-            self.cubic.extend(self.stencils.cubic(around, image, normal, s, own));
+        if around.profiles.cubic {
+            let place = self.ghosts.cells.len() as u32;
+            let own = Reading { arm: *arm, stencil, place, share };
+            let own = (self.ghosts.profiles.len(), &own);
+            self.ghosts.cubic.extend(self.stencils.cubic(around, image, normal, s, own));
         }
-        self.add_profile(around, arm, stencil, share);
+        self.add_profile(arm, stencil, share);
     }
 
-    fn add_profile(
-        &mut self,
-        around: &Surroundings<D>,
-        arm: &Vector3<f64>,
-        stencil: Stencil,
-        share: f64,
-    ) {
+    fn add_profile(&mut self, arm: &Vector3<f64>, stencil: Stencil, share: f64) {
         if stencil.is_still() {
             return;
         }
-        self.profiles.push(Reading { arm: *arm, stencil, place: self.ghost_cells.len() as u32 });
-        if around.round.is_none() {
-            self.shares.push(share);
-        }
+        let place = self.ghosts.cells.len() as u32;
+        self.ghosts.profiles.push(Reading { arm: *arm, stencil, place, share });
     }
 }

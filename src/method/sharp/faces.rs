@@ -34,8 +34,8 @@ impl<const D: usize> CutBodies<D> {
         for (axis, correction) in correction.iter().enumerate() {
             for cut in self.bodies.iter() {
                 let before = &mut self.corrections_before;
-                before.extend(cut.cuts[axis].iter().map(|cut| correction[cut.face as usize]));
-                before.extend(cut.gaps[axis].iter().map(|gap| correction[gap.face as usize]));
+                before.extend(cut.faces.cuts[axis].iter().map(|cut| correction[cut.face as usize]));
+                before.extend(cut.faces.gaps[axis].iter().map(|gap| correction[gap.face as usize]));
             }
         }
         predict_open(grid, u, (keep_open, in_cells, dt), acceleration, correction, faces);
@@ -46,10 +46,10 @@ impl<const D: usize> CutBodies<D> {
             let a = &acceleration[axis];
             let open_part = OpenPart::new(grid, axis);
             for cut in self.bodies.iter() {
-                let (of_cuts, rest) = before.split_at(cut.cuts[axis].len());
-                let (of_gaps, rest) = rest.split_at(cut.gaps[axis].len());
+                let (of_cuts, rest) = before.split_at(cut.faces.cuts[axis].len());
+                let (of_gaps, rest) = rest.split_at(cut.faces.gaps[axis].len());
                 before = rest;
-                for ((cut, centroids), before) in cut.faces(axis).zip(of_cuts) {
+                for ((cut, centroids), before) in cut.covered(axis).zip(of_cuts) {
                     let at = cut.face as usize;
                     let open = open_part.mean(cut, centroids, q);
                     // Both of two bodies that cut a face count there, each with all of the
@@ -60,7 +60,7 @@ impl<const D: usize> CutBodies<D> {
                         correction[at] += open - open_part.of_all(at, q);
                     }
                 }
-                for (gap, flow) in cut.gaps[axis].iter().zip(of_gaps) {
+                for (gap, flow) in cut.faces.gaps[axis].iter().zip(of_gaps) {
                     correction[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
                 }
             }
@@ -82,7 +82,7 @@ impl<const D: usize> CutBodies<D> {
     ) {
         for (k, cut) in self.bodies.each() {
             let body = &bodies[k];
-            for (cut, centroids) in cut.faces(axis) {
+            for (cut, centroids) in cut.covered(axis) {
                 let at = cut.face as usize;
                 let q = correction[at] + dt * a[at];
                 let own = cut.solid_fraction * (body.velocity[axis] - q)
@@ -122,7 +122,7 @@ impl<const D: usize> CutBodies<D> {
         );
         for (axis, (correction, q)) in correction.iter_mut().zip(u).enumerate() {
             let open_part = OpenPart::new(grid, axis);
-            for (cut, centroids) in self.bodies.iter().flat_map(|cut| cut.faces(axis)) {
+            for (cut, centroids) in self.bodies.iter().flat_map(|cut| cut.covered(axis)) {
                 let at = cut.face as usize;
                 correction[at] -= open_part.mean(cut, centroids, q) - open_part.of_all(at, q);
             }

@@ -17,10 +17,10 @@
 
 use super::neighbour::Neighbour;
 use super::normal::{Ahead, Foot, Normal};
-use super::profile::Parabola;
-use crate::geometry::{Nearest, Orientation, Shape};
+use super::profile::{self, Parabola};
+use crate::geometry::{Nearest, Orientation, Shape, Turned};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
-use crate::numerics::{BLENDING_WIDTH, IMAGE_POINT};
+use crate::numerics::{BLENDING_WIDTH, IMAGE_POINT, SLOPE_IMAGE_POINT};
 use crate::particles::Body;
 use nalgebra::Vector3;
 use std::cell::Cell;
@@ -78,22 +78,45 @@ pub struct Surroundings<'a, const D: usize> {
     pub round: Option<f64>,
     /// The bodies near this one.
     pub near: &'a [Neighbour],
+    /// Which sides of the box are as near to the body that is built.
+    pub walls: [[bool; 2]; D],
+    /// Whether any of what is built depends on the friction in gaps.
+    pub rubs: Cell<bool>,
+    /// The profiles.
+    pub profiles: &'a Profiles,
+}
+
+/// The profiles of the flow beside the surfaces of all bodies in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Profiles {
     /// The spacing that depths and image points count in (m).
     pub h: f64,
     /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by
     /// `exp(-friction)`.
     pub friction: f64,
-    /// Whether any of what is built depends on that.
-    pub rubs: Cell<bool>,
     /// Whether cells near the wall take the cubic extrapolation: where no body moves.
     pub cubic: bool,
     /// Beyond which gap nothing is felt of what lies there (m).
     pub reach: f64,
-    /// Which sides of the box are as near to the body that is built.
-    pub walls: [[bool; 2]; D],
-    /// The profile of the flow beside a surface far from others, and the factors of its slope.
+    /// The profile far from other surfaces.
     pub parabola: Parabola,
+    /// The factors of its slope.
     pub slope: [f64; 3],
+}
+
+impl Profiles {
+    /// On a grid of this spacing (m), with this friction, and the cubic extrapolation or not.
+    pub fn new(h: f64, friction: f64, cubic: bool) -> Profiles {
+        let distance = SLOPE_IMAGE_POINT;
+        Profiles {
+            h,
+            friction,
+            cubic,
+            reach: reach(cubic) * h,
+            parabola: Parabola::new(IMAGE_POINT),
+            slope: if cubic { profile::slope_of_means(distance) } else { profile::slope(distance) },
+        }
+    }
 }
 
 /// Gap (spacings) beyond which nothing is felt of what lies there; with the cubic extrapolation
@@ -151,50 +174,52 @@ pub struct Gap {
 }
 
 impl<const D: usize> Surroundings<'_, D> {
+    /// The shape of the body that is built.
+    pub fn shape(&self) -> &dyn Shape {
+        self.bodies[self.body].shape()
+    }
+
     /// The signed distance (m) of the point at `arm` (m) from the surface of the body that is
-    /// built, of this shape and turned like this.
+    /// built, turned like this.
     #[inline]
-    pub fn distance(
-        &self,
-        shape: &dyn Shape,
-        orientation: &Orientation,
-        arm: &Vector3<f64>,
-    ) -> f64 {
-        self.round.map_or_else(|| shape.distance(orientation, arm), |radius| arm.norm() - radius)
+    pub fn distance(&self, orientation: &Orientation, arm: &Vector3<f64>) -> f64 {
+        self.round.map_or_else(
+            || self.shape().turned(orientation).distance(arm),
+            |radius| arm.norm() - radius,
+        )
     }
 
     /// That distance, and the outward normal there of a body that is not round.
     #[inline]
-    pub fn nearest(
-        &self,
-        shape: &dyn Shape,
-        orientation: &Orientation,
-        arm: &Vector3<f64>,
-    ) -> (f64, Option<Vector3<f64>>) {
+    pub fn nearest(&self, arm: &Vector3<f64>) -> (f64, Option<Vector3<f64>>) {
         if let Some(radius) = self.round {
             return (arm.norm() - radius, None);
         }
-        let (distance, normal) = shape.nearest(orientation, arm);
+        let Nearest { distance, normal } = self.turned().nearest(arm);
         (distance, Some(normal))
+    }
+
+    /// The shape of the body that is built as it is turned.
+    pub fn turned(&self) -> Turned<'_> {
+        self.shape().turned(&self.orientation)
     }
 
     /// The second image point along a normal, and how far out that is (m).
     fn second_point(&self, normal: &Normal) -> (Vector3<f64>, f64) {
-        let out = 2.0 * IMAGE_POINT * self.h;
+        let out = 2.0 * IMAGE_POINT * self.profiles.h;
         (normal.foot + out * normal.n, out)
     }
 
     /// What the body that is built has of itself along a normal; of a corner only with `corners`.
     pub fn ahead(&self, normal: &Normal, corners: bool) -> Ahead {
-        let shape = self.bodies[self.body].shape();
         if self.round.is_some() {
             return Ahead::NOTHING;
         }
         // Across a concave seam lies the body itself.
-        let itself = shape.meets_itself(&self.orientation, &normal.foot, &normal.n);
+        let itself = self.turned().meets_itself(&normal.foot, &normal.n);
         let mut corner = f64::INFINITY;
-        if corners && shape.is_obstacle() {
-            corner = self.distance(shape, &self.orientation, &self.second_point(normal).0);
+        if corners && self.shape().is_obstacle() {
+            corner = self.turned().distance(&self.second_point(normal).0);
         }
         Ahead { itself: itself.unwrap_or(f64::INFINITY), corner }
     }
@@ -205,7 +230,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// cell close to two walls of a corner between obstacles would have twice the imaginary part of
     /// an eigenvalue that one wall gives it, which Legendre stages do not bear.
     pub fn clear_of_corners(&self, normal: &Normal, width: f64) -> f64 {
-        let own = self.bodies[self.body].shape();
+        let own = self.shape();
         let (point, out) = self.second_point(normal);
         let mut least = out.min(normal.ahead.corner);
         for near in self.near.iter().filter(|near| !near.is_beyond(&point, out)) {
@@ -221,13 +246,13 @@ impl<const D: usize> Surroundings<'_, D> {
     /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow
     /// friction leaves in half a step.
     pub fn flow(&self, width: f64) -> (f64, f64) {
-        let gap = (width / self.h).max(1e-6);
+        let gap = (width / self.profiles.h).max(1e-6);
         let share = Shares::of(gap).across;
         if share == 0.0 {
             return (0.0, 0.0);
         }
         self.rubs.set(true);
-        (share, (-self.friction / (gap * gap)).exp())
+        (share, (-self.profiles.friction / (gap * gap)).exp())
     }
 
     /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, `own`
@@ -236,7 +261,7 @@ impl<const D: usize> Surroundings<'_, D> {
     pub fn width_at(&self, k: usize, arm: &Vector3<f64>, own: f64) -> f64 {
         let mut other = f64::INFINITY;
         // Beyond that there is no gap that the grid does not resolve.
-        let most = UNRESOLVED * self.h - own;
+        let most = UNRESOLVED * self.profiles.h - own;
         for near in self.near.iter().filter(|near| !near.is_beyond(arm, most)) {
             other = other.min(near.distance(self.bodies, arm));
         }
@@ -256,7 +281,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// from its wall, or the first of those that are.
     pub fn is_nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> bool {
         self.near.iter().all(|near| {
-            let alike = SAME * self.h;
+            let alike = SAME * self.profiles.h;
             if near.is_beyond(arm, own + alike) {
                 return true;
             }
@@ -270,7 +295,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// is at the signed distance `s` (m), to have a share in it: the blending width, or as much as
     /// the cell is deep.
     pub fn beside_nearest(&self, s: f64) -> f64 {
-        (BLENDING_WIDTH * self.h).min(-s)
+        (BLENDING_WIDTH * self.profiles.h).min(-s)
     }
 
     /// The share, before all are brought to a sum of one, of one of the faces' feet in such a cell:
@@ -294,7 +319,7 @@ impl<const D: usize> Surroundings<'_, D> {
     /// wall: 1 where no other is as near, 0 where one is much nearer, and one half where another
     /// one is at the same distance.
     pub fn ownership(&self, arm: &Vector3<f64>, own: f64) -> f64 {
-        let band = BLENDING_WIDTH * self.h;
+        let band = BLENDING_WIDTH * self.profiles.h;
         let mut owned = 1.0;
         for near in self.near {
             if near.mirror.is_some() || near.is_beyond(arm, own + band) {
@@ -312,11 +337,11 @@ impl<const D: usize> Surroundings<'_, D> {
     /// Whether another body or a wall is so near that the grid does not resolve the gap.
     pub fn has_neighbours(&self, k: usize) -> bool {
         let body = &self.bodies[k];
-        let bounds = body.shape().bounds(&self.orientation);
+        let bounds = body.reach();
         let within = |a: usize, side: usize| {
             let from = body.centre[a] - if side == 0 { 0.0 } else { self.grid.size[a] };
             matches!(self.boundaries.kinds[a][side], Some(BoundaryKind::Velocity(_)))
-                && from.abs() < bounds[a] + UNRESOLVED * self.h
+                && from.abs() < bounds[a] + UNRESOLVED * self.profiles.h
         };
         !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
     }
@@ -331,7 +356,9 @@ impl<const D: usize> Surroundings<'_, D> {
             gap = Gap { width, other: Other::Body(self.body, foot + width * n, None) };
         }
         for near in self.near.iter().filter(|near| near.apart.dot(n) > near.grazes) {
-            let Some(width) = near.meets(self.bodies, foot, n, self.reach) else { continue };
+            let Some(width) = near.meets(self.bodies, foot, n, self.profiles.reach) else {
+                continue;
+            };
             if width < gap.width {
                 gap = Gap {
                     width,
@@ -350,7 +377,7 @@ impl<const D: usize> Surroundings<'_, D> {
             };
             let from = image[axis] + foot[axis];
             let distance = if side == 1 { self.grid.size[axis] - from } else { from };
-            if n[axis].abs() * self.reach < distance {
+            if n[axis].abs() * self.profiles.reach < distance {
                 continue;
             }
             let width = (distance / n[axis].abs()).max(0.0);

@@ -21,6 +21,7 @@ use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::faces;
 use crate::method::Method;
+use crate::particles::Load;
 use crate::state::{BeforeForcing, State};
 use nalgebra::{Matrix3, Vector3};
 
@@ -50,7 +51,7 @@ impl<const D: usize> Sharp<D> {
         self.take_inside(domain, s, |_| true)?;
         for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
             motion.inertia = body.mass();
-            (motion.pressure, motion.pressure_torque) = Default::default();
+            motion.pressure = Load::default();
             motion.turns = body
                 .freedom()
                 .map_or_else(Matrix3::zeros, |freedom| body.inertia().inverse(&freedom));
@@ -83,7 +84,7 @@ impl<const D: usize> Sharp<D> {
                 - history.inside.0
                 - momentum.exchanged.linear
                 - domain.unfelt(&s.drive, body.volume());
-            history.undelivered += lost - motion.pressure;
+            history.undelivered += lost - motion.pressure.force;
         }
         Ok(())
     }

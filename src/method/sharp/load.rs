@@ -14,7 +14,7 @@ use crate::domain::Domain;
 use crate::grid::{BoundaryKind, Grid, VectorField};
 use crate::method::vector;
 use crate::numerics::{DEFECT_DECAY, DEFECT_TIME};
-use crate::particles::{Body, gap, nearest_image};
+use crate::particles::{Body, Load, gap, nearest_image};
 use crate::petsc::LogStage;
 use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::Vector3;
@@ -29,13 +29,10 @@ pub fn surface_forces<'a, const D: usize>(
     Sums { forces, messages, .. }: &'a mut Sums,
 ) -> Result<&'a [SurfaceForces]> {
     let own = |k: usize| {
-        let (shear, shear_torque) = cut.shear_force(domain, &s.bodies, k, &s.u);
-        SurfaceForces {
-            pressure: cut.pressure_force(&domain.grid, k, &s.p),
-            shear,
-            shear_torque,
-            pressure_torque: cut.pressure_torque(&domain.grid, &s.bodies[k], k, &s.p),
-        }
+        let force = cut.pressure_force(&domain.grid, k, &s.p);
+        let torque = cut.pressure_torque(&domain.grid, &s.bodies[k], k, &s.p);
+        let shear = cut.shear_force(domain, &s.bodies, k, &s.u);
+        SurfaceForces { pressure: Load { force, torque }, shear }
     };
     Ok(forces.sum_for_all(&domain.session, &cut.reach, messages, own)?)
 }
@@ -69,7 +66,7 @@ impl<const D: usize> CutBodies<D> {
             let area = grid.cell_volume() / grid.h[axis];
             // Sums that do not wait for each other.
             let mut sums = [0.0; 4];
-            for cuts in self.bodies[k].cuts[axis].chunks(sums.len()) {
+            for cuts in self.bodies[k].faces.cuts[axis].chunks(sums.len()) {
                 for (sum, cut) in sums.iter_mut().zip(cuts).filter(|(_, cut)| cut.owned) {
                     let face = cut.face as usize;
                     *sum += cut.solid_fraction * (p[face - s] - p[face]);
@@ -96,7 +93,7 @@ impl<const D: usize> CutBodies<D> {
             for axis in 0..D {
                 let s = grid.stride[axis];
                 let area = grid.cell_volume() / grid.h[axis];
-                let faces = cut_body.faces(axis).zip(&cut_body.owners[axis]);
+                let faces = cut_body.covered(axis).zip(&cut_body.faces.owners[axis]);
                 for ((cut, centroids), owners) in faces.filter(|((cut, _), _)| cut.owned) {
                     let face = cut.face as usize;
                     let [below, above] = owners.map(|owner| f64::from(owner == number));
@@ -130,7 +127,7 @@ impl<const D: usize> CutBodies<D> {
         for axis in 0..D {
             let s = grid.stride[axis];
             let area = grid.cell_volume() / grid.h[axis];
-            for (cut, centroids) in self.bodies[k].faces(axis).filter(|(cut, _)| cut.owned) {
+            for (cut, centroids) in self.bodies[k].covered(axis).filter(|(cut, _)| cut.owned) {
                 let face = cut.face as usize;
                 let mut force = Vector3::zeros();
                 force[axis] = area * (p[face - s] - p[face]);
@@ -147,7 +144,7 @@ impl<const D: usize> CutBodies<D> {
         bodies: &[Body],
         k: usize,
         u: &VectorField<D>,
-    ) -> (Vector3<f64>, Vector3<f64>) {
+    ) -> Load {
         let cut = &self.bodies[k];
         let grid = &domain.grid;
         let viscosity = domain.fluid.viscosity;
@@ -186,27 +183,26 @@ struct WallShear<'a, const D: usize> {
 }
 
 impl<const D: usize> WithSimd for WallShear<'_, D> {
-    type Output = (Vector3<f64>, Vector3<f64>);
+    type Output = Load;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let WallShear { cut, bodies, k, grid, u, viscosity } = self;
-        let mut force = Vector3::zeros();
-        let mut torque = Vector3::zeros();
+        let mut load = Load::default();
         let flow = Flow { grid, u, bodies, k };
         cut.stencils.values(
             simd,
-            &cut.points,
+            &cut.surface.points,
             &flow,
             None,
             #[inline(always)]
             |point, slope| {
-                let df = (viscosity * cut.areas[point.place as usize]) * slope;
-                force += df;
-                torque += point.arm.cross(&df);
+                let df = (viscosity * point.share) * slope;
+                load.force += df;
+                load.torque += point.arm.cross(&df);
             },
         );
-        (force, torque)
+        load
     }
 }
 
@@ -258,24 +254,26 @@ impl<const D: usize> Sharp<D> {
             let (inside, swirl) = momentum.whole(domain.fluid.density, body);
             let before = std::mem::replace(&mut histories[k].inside, (inside, swirl));
             // Momentum that advection loses by itself is nobody's force.
-            let lost = if self.momentum.keeps_momentum() {
+            let lost = if self.prediction.keeps_momentum() {
                 (inside - before.0 - given) / dt - domain.unfelt(&s.drive, body.volume())
             } else {
-                motion.pressure + motion.shear.0
+                motion.pressure.force + motion.shear.force
             };
             motion.spin_lost = swirl - before.1 - spun;
             let struck = self.contacts.as_ref().map(|c| c.outcome().impulse(k)).unwrap_or_default();
-            let felt = motion.pressure + motion.shear.0 + histories[k].filtered_defect;
+            let felt = motion.pressure.force + motion.shear.force + histories[k].filtered_defect;
             // What moved a free body, the resistance to changes within the step included.
             let moved = body.freedom().map(|freedom| {
                 let weight =
                     (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
-                let force =
-                    (body.mass() * (body.velocity - motion.start.0) - struck.linear) / dt - weight;
+                let force = (body.mass() * (body.velocity - motion.start.velocity) - struck.linear)
+                    / dt
+                    - weight;
                 freedom.along(&(force - felt))
             });
             let used = felt + moved.unwrap_or_default();
-            (motion.force_defect, motion.used) = (lost - motion.pressure - motion.shear.0, used);
+            (motion.force_defect, motion.used) =
+                (lost - motion.pressure.force - motion.shear.force, used);
             s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
         }
         self.share_defect_of_joined();
@@ -284,8 +282,8 @@ impl<const D: usize> Sharp<D> {
         for (motion, BodyHistory { filtered_defect, undelivered, .. }) in
             self.motions.iter().zip(histories.iter_mut())
         {
-            *undelivered +=
-                dt * (motion.force_defect + motion.pressure + motion.shear.0 - motion.used);
+            *undelivered += dt
+                * (motion.force_defect + motion.pressure.force + motion.shear.force - motion.used);
             *filtered_defect += take_in * (motion.force_defect - *filtered_defect);
         }
         self.take_accelerations(domain, &s.bodies, histories, dt);
@@ -322,10 +320,11 @@ impl<const D: usize> Sharp<D> {
     fn share_force_defect(&mut self, domain: &Domain<D>, bodies: &[Body]) {
         let cut = &self.cut;
         let motions = &mut self.motions;
+        let periods = domain.periods();
         self.passed_on = Vector3::zeros();
         for i in 0..bodies.len() {
             for &j in cut.near.near[i].iter().filter(|j| **j > i) {
-                let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &cut.periods);
+                let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &periods);
                 let (n, gap) = gap(&bodies[i], &bodies[j], &apart);
                 let share = Shares::of(gap / cut.h).across;
                 let free = [i, j].map(|k| bodies[k].freedom().is_some());

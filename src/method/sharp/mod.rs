@@ -95,8 +95,8 @@ mod step;
 mod sums;
 mod values;
 
-use super::momentum::{Mixture, Momentum};
-use super::stabilised::Stabilised;
+use super::momentum::Mixture;
+use super::prediction::Prediction;
 use super::{Kind, Method};
 use crate::contact::{Contacts, Medium};
 use crate::domain::Domain;
@@ -125,7 +125,7 @@ const PROFILE_DEPTH: f64 = 2.5;
 /// The method with sharp surfaces.
 pub struct Sharp<const D: usize> {
     mixture: Mixture,
-    momentum: Momentum<D>,
+    prediction: Prediction<D>,
     contacts: Option<Contacts>,
     cut: CutBodies<D>,
     acceleration: PressureAcceleration<D>,
@@ -135,16 +135,11 @@ pub struct Sharp<const D: usize> {
     /// Force of the fluid (N) in gaps that the grid does not resolve, which walls and held bodies
     /// have in place of free ones.
     passed_on: Vector3<f64>,
-    work: Work<D>,
-    /// What steps need that viscosity would bind; `None` where the scheme does not have them.
-    stabilised: Option<Stabilised<D>>,
+    work: Work,
 }
 
 /// Scratch of a step.
-struct Work<const D: usize> {
-    /// Velocity that a stage after the first starts from, or that the faces' correction is taken
-    /// beside (m/s).
-    stage: VectorField<D>,
+struct Work {
     accelerations: Vec<Accelerations>,
     exchanged: Vec<ExchangedMomentum>,
     sums: Sums,
@@ -266,7 +261,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn scheme(&self) -> Scheme {
-        self.momentum.scheme
+        self.prediction.scheme
     }
 
     fn place(&mut self, domain: &Domain<D>, s: &State<D>) {
@@ -286,7 +281,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn covered_faces(&self, k: usize, axis: usize) -> Option<&[Cut]> {
-        (k < self.cut.bodies.count()).then(|| self.cut.bodies[k].cuts[axis].iter().as_slice())
+        (k < self.cut.bodies.count()).then(|| self.cut.bodies[k].faces.cuts[axis].iter().as_slice())
     }
 
     fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
@@ -308,13 +303,13 @@ impl<const D: usize> Method<D> for Sharp<D> {
 }
 
 impl<const D: usize> Sharp<D> {
-    /// The method for bodies in the fluid of a domain, which has the terms `momentum` of (7).
+    /// The method for bodies in the fluid of a domain, with its `prediction` (7).
     /// [`Method::start`] or [`Method::resume`] comes next.
     pub fn new(
         domain: &Domain<D>,
         bodies: &[Body],
         mixture: Mixture,
-        momentum: Momentum<D>,
+        prediction: Prediction<D>,
         contacts: Option<Contacts>,
     ) -> Sharp<D> {
         let n = bodies.len();
@@ -328,8 +323,7 @@ impl<const D: usize> Sharp<D> {
         };
         Sharp {
             mixture,
-            stabilised: Stabilised::new(&domain.grid, &momentum.scheme),
-            momentum,
+            prediction,
             contacts: contacts.map(|contacts| contacts.within(medium)),
             acceleration: PressureAcceleration::new(&domain.grid),
             modes: Modes::new(bodies, &cut),
@@ -342,7 +336,6 @@ impl<const D: usize> Sharp<D> {
                 .collect(),
             passed_on: Vector3::zeros(),
             work: Work {
-                stage: domain.grid.vector_field(),
                 accelerations: vec![Accelerations::default(); n],
                 exchanged: vec![ExchangedMomentum::default(); n],
                 sums: Sums::with_capacity(n),
@@ -387,7 +380,7 @@ impl<const D: usize> Sharp<D> {
             let Some(freedom) = body.freedom() else { continue };
             history.accelerations.acceleration = begins(k, body);
             history.accelerations.angular =
-                body.inertia().inverse_mass(&forces.shear_torque, &freedom);
+                body.inertia().inverse_mass(&forces.shear.torque, &freedom);
         }
         self.take_inside(domain, s, new)
     }

@@ -28,7 +28,7 @@ impl Modes {
         let n = bodies.len();
         let oblong: Vec<u32> =
             (0..n as u32).filter(|k| !bodies[*k as usize].shape().is_round()).collect();
-        let room = |k: usize| cut.bodies[k].cuts[0].capacity();
+        let room = |k: usize| cut.bodies[k].faces.cuts[0].capacity();
         let (faces, turning): (usize, usize) =
             ((0..n).map(room).sum(), oblong.iter().map(|k| room(*k as usize)).sum());
         Modes {
@@ -70,7 +70,7 @@ impl Modes {
                 let mode = k * D + axis;
                 weights[mode] = volume / motion.inertia;
                 entries.extend(
-                    cut.cuts[axis]
+                    cut.faces.cuts[axis]
                         .iter()
                         .map(|cut| mode_face(mode, axis, cut.face, cut.solid_fraction)),
                 );
@@ -91,7 +91,7 @@ impl Modes {
                     let face = |(cut, centroids): (&Cut, &FaceCentroids<D>)| {
                         mode_face(mode, axis, cut.face, spin.cross(&centroids.lever())[axis])
                     };
-                    entries.extend(cut.faces(axis).map(face));
+                    entries.extend(cut.covered(axis).map(face));
                 }
             }
         }
@@ -117,7 +117,7 @@ impl<const D: usize> Sharp<D> {
         let cut = &self.cut;
         let own = |k: usize| {
             let covered = |axis: usize| {
-                let cuts = cut.bodies[k].cuts[axis].iter().filter(|cut| cut.owned);
+                let cuts = cut.bodies[k].faces.cuts[axis].iter().filter(|cut| cut.owned);
                 volume * cuts.map(|cut| cut.solid_fraction).sum::<f64>()
             };
             Vector3::from_fn(|axis, _| if axis < D { covered(axis) } else { 0.0 })
@@ -150,7 +150,8 @@ pub fn hold<const D: usize>(
             .map(|_| motions[k].displaced[axis] / motions[k].inertia)
     };
     let of_body = cut.bodies.each().map(|(k, cut)| (goes(k), cut));
-    let followed = of_body.filter_map(|(inverse_mass, cut)| Some((inverse_mass?, &cut.cuts[axis])));
+    let followed =
+        of_body.filter_map(|(inverse_mass, cut)| Some((inverse_mass?, &cut.faces.cuts[axis])));
     let faces = followed.flat_map(|(inverse_mass, cuts)| {
         cuts.iter()
             .map(move |cut| (cut.face as usize, inverse_mass * cut.solid_fraction, cut.owned))

@@ -11,7 +11,7 @@ use crate::contact::Impulse;
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
 use crate::numerics::SLOPE_IMAGE_POINT;
-use crate::particles::{Accelerations, Body, Inertia};
+use crate::particles::{Accelerations, Body, Inertia, Load, RigidVelocity};
 use crate::petsc::LogStage;
 use crate::state::{BodyHistory, Exchange, State};
 use nalgebra::{Matrix3, Vector3};
@@ -19,9 +19,9 @@ use nalgebra::{Matrix3, Vector3};
 /// The motion of a body within a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BodyMotion {
-    /// Velocity and spin at the start of the step (m/s, rad/s), and those expected at its end.
-    pub start: (Vector3<f64>, Vector3<f64>),
-    pub expected: (Vector3<f64>, Vector3<f64>),
+    /// Its velocity at the start of the step, and that expected at its end.
+    pub start: RigidVelocity,
+    pub expected: RigidVelocity,
     /// Angular momentum at the start of the step (kg m2/s).
     pub angular_momentum: Vector3<f64>,
     /// What a force changes (kg): the mass with the wall shear's resistance over a step; infinite
@@ -33,11 +33,10 @@ pub struct BodyMotion {
     /// The volume that faces normal to each axis show of it (m3): where bodies touch, less than its
     /// own.
     pub displaced: Vector3<f64>,
-    /// Pressure force of the step so far (N), and its torque on a body that is not round (N m).
-    pub pressure: Vector3<f64>,
-    pub pressure_torque: Vector3<f64>,
-    /// Wall shear's force and torque (N, N m).
-    pub shear: (Vector3<f64>, Vector3<f64>),
+    /// Load by pressure of the step so far; its torque on a body that is not round.
+    pub pressure: Load,
+    /// Load by wall shear.
+    pub shear: Load,
     /// What pressure and wall shear miss of what the fluid lost in the step, and what the body has
     /// felt (N).
     pub force_defect: Vector3<f64>,
@@ -52,7 +51,7 @@ pub struct BodyMotion {
 impl BodyMotion {
     /// Torque on it by the fluid over the step (N m).
     pub fn torque(&self) -> Vector3<f64> {
-        self.shear.1 + self.pressure_torque
+        self.shear.torque + self.pressure.torque
     }
 
     /// What it and the fluid exchanged in the step, once what it has felt is known.
@@ -60,9 +59,9 @@ impl BodyMotion {
         Exchange {
             momentum: self.used,
             momentum_torque: self.torque(),
-            convective: self.used - self.pressure - self.shear.0,
-            pressure: self.pressure,
-            viscous: self.shear.0,
+            convective: self.used - self.pressure.force - self.shear.force,
+            pressure: self.pressure.force,
+            viscous: self.shear.force,
             literal_torque: self.torque(),
             ..Exchange::default()
         }
@@ -80,7 +79,7 @@ impl<const D: usize> Sharp<D> {
     ) -> Result<()> {
         let _logged = domain.session.log(LogStage::Bodies)?;
         for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
-            motion.start = (body.velocity, body.spin);
+            motion.start = body.rigid_velocity();
             motion.angular_momentum = body.inertia().of(&body.spin);
         }
         self.recall_accelerations(domain, s, dt)?;
@@ -91,7 +90,7 @@ impl<const D: usize> Sharp<D> {
             domain.clock.lap(Stage::Contacts);
             refuse_collisions(domain, &s.bodies, self.contacts.is_some())?;
             for (motion, body) in self.motions.iter_mut().zip(&s.bodies) {
-                motion.expected = (body.velocity, body.spin);
+                motion.expected = body.rigid_velocity();
             }
             self.cut.arrive(domain, &s.bodies, dt);
             self.cut.cover_boundaries(domain);
@@ -131,8 +130,8 @@ impl<const D: usize> Sharp<D> {
 
     /// Moves the bodies on by `dt` (s), through contacts where there are any.
     fn advance_bodies(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
-        let (periods, unit) =
-            (self.cut.periods, (domain.fluid.viscosity / self.cut.h, slope_weights()));
+        let periods = domain.periods();
+        let unit = (domain.fluid.viscosity / self.cut.h, slope_weights());
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (body, history) in
             s.bodies.iter_mut().zip(histories).filter(|(body, _)| body.freedom().is_some())
@@ -173,40 +172,46 @@ impl<const D: usize> Sharp<D> {
         let unit = (fluid.viscosity / h, slope_weights());
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, forces) in forces.iter().enumerate() {
-            let SurfaceForces { pressure, shear, shear_torque: torque, pressure_torque } = *forces;
+            let SurfaceForces { pressure, shear } = *forces;
             let impulse =
-                self.contacts.as_ref().map_or(Impulse::default(), |c| c.outcome().impulse(k));
-            let (body, motion, history) =
-                (&mut s.bodies[k], &mut self.motions[k], &mut histories[k]);
-            let (before, torque_before) =
-                history.shear.replace((shear, torque)).unwrap_or((shear, torque));
-            let pressure = pressure + domain.felt(&s.drive, 1.0).component_mul(&motion.displaced);
-            (motion.pressure, motion.pressure_torque) = (pressure, pressure_torque);
+                self.contacts.as_ref().map(|c| c.outcome().impulse(k)).unwrap_or_default();
+            let body = &mut s.bodies[k];
+            let motion = &mut self.motions[k];
+            let history = &mut histories[k];
+            let before = history.shear.replace(shear).unwrap_or(shear);
+            motion.pressure = pressure;
+            motion.pressure.force += domain.felt(&s.drive, 1.0).component_mul(&motion.displaced);
             let (drag, turn) = resistance(body, &motion.surface_moments, unit);
             let drag = drag.max(least_drag(body, drag, fluid.density, h, unit.1, dt));
             let share = inertial_share(body, &turn, dt);
             let centred = 0.5 * share;
-            motion.shear =
-                (0.5 * (shear + before), torque + centred.component_mul(&(torque_before - torque)));
+            motion.shear = Load {
+                force: 0.5 * (shear.force + before.force),
+                torque: shear.torque + centred.component_mul(&(before.torque - shear.torque)),
+            };
             let Some(freedom) = body.freedom() else { continue };
             motion.inertia = body.mass() + dt * drag;
             let weight = (body.mass() - fluid.density * body.volume()) * fluid.gravity;
-            let resisted = drag * (motion.expected.0 - motion.start.0);
+            let resisted = drag * (motion.expected.velocity - motion.start.velocity);
             let change = dt
-                * (pressure + motion.shear.0 + history.filtered_defect + weight + resisted)
+                * (motion.pressure.force
+                    + motion.shear.force
+                    + history.filtered_defect
+                    + weight
+                    + resisted)
                 + impulse.linear;
-            body.velocity = motion.start.0 + freedom.along(&change) / motion.inertia;
+            body.velocity = motion.start.velocity + freedom.along(&change) / motion.inertia;
             // The same angular momentum is another spin once it has turned.
-            let kept = motion.angular_momentum - body.inertia().of(&motion.start.1);
-            let resisted = turn.of(&(motion.expected.1 - motion.start.1));
-            let change =
-                dt * (motion.shear.1 + pressure_torque + resisted) + (impulse.angular + kept);
+            let kept = motion.angular_momentum - body.inertia().of(&motion.start.spin);
+            let resisted = turn.of(&(motion.expected.spin - motion.start.spin));
+            let change = dt * (motion.shear.torque + motion.pressure.torque + resisted)
+                + (impulse.angular + kept);
             let inertia = body.inertia().plus(dt, &turn);
-            body.spin = motion.start.1 + inertia.inverse_mass(&change, &freedom);
+            body.spin = motion.start.spin + inertia.inverse_mass(&change, &freedom);
             if let Some(contacts) = &mut self.contacts {
                 // Contacts have had no part in what they did not expect, and would take it back
                 // with the next step only.
-                let unexpected = body.spin - motion.expected.1;
+                let unexpected = body.spin - motion.expected.spin;
                 let outcome = contacts.outcome();
                 let held = Vector3::from_fn(|a, _| {
                     (1.0 - outcome.contact_damping(k, inertia.about(a), dt)) * unexpected[a]
@@ -245,11 +250,11 @@ impl<const D: usize> Sharp<D> {
             });
             // Nor does what the spin changes by as the angular momentum turns along: bodies do that
             // by themselves as they move.
-            let kept = motion.angular_momentum - body.inertia().of(&motion.start.1);
+            let kept = motion.angular_momentum - body.inertia().of(&motion.start.spin);
             histories[k].accelerations = Accelerations {
-                acceleration: (without - motion.start.0) / dt,
+                acceleration: (without - motion.start.velocity) / dt,
                 angular: (body.spin
-                    - motion.start.1
+                    - motion.start.spin
                     - inertia.inverse_mass(&(impulse.angular + kept), &freedom))
                     / dt,
             };

@@ -78,8 +78,10 @@ impl NearBodies {
                 // Of two obstacles the first looks for the other.
                 let both = body.shape().is_obstacle();
                 let arm = body.centre - wall.centre;
-                let close =
-                    || wall.shape().distance(&orientation, &arm) < body.radius() + 2.0 * radius[i];
+                let close = || {
+                    wall.shape().turned(&orientation).distance(&arm)
+                        < body.radius() + 2.0 * radius[i]
+                };
                 if (both && obstacle < i) || (!both && close()) {
                     near[i].push(obstacle);
                     near[obstacle].push(i);

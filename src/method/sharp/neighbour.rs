@@ -1,8 +1,9 @@
 //! The bodies near one that is built: where they and their images are.
 
-use crate::geometry::{self, Orientation};
+use crate::geometry::Orientation;
 use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::particles::{Body, nearest_image};
+use mics_shapes::meets_ball;
 use nalgebra::{Matrix3, Vector3};
 
 /// A body near another one.
@@ -153,7 +154,7 @@ impl Neighbour {
     pub(super) fn distance(&self, bodies: &[Body], arm: &Vector3<f64>) -> f64 {
         let arm = arm - self.apart;
         self.round.map_or_else(
-            || bodies[self.body].shape().distance(&self.orientation, &arm),
+            || bodies[self.body].shape().turned(&self.orientation).distance(&arm),
             |radius| arm.norm() - radius,
         )
     }
@@ -178,17 +179,17 @@ impl Neighbour {
     ) -> Option<f64> {
         let apart = self.apart - from;
         if let Some(radius) = self.round {
-            return geometry::round::meets(&apart, n, radius);
+            return meets_ball(&apart, n, radius);
         }
         if self.is_beyond(from, reach) {
             return None;
         }
-        let shape = bodies[self.body].shape();
+        let body = bodies[self.body].shape().turned(&self.orientation);
         // It stays above a plane that the body lies below.
-        let above = shape.plane(&self.orientation, &-apart).is_some_and(|(height, normal)| {
-            height > 1e-9 * self.radius && height > -reach * normal.dot(n)
+        let above = body.plane(&-apart).is_some_and(|plane| {
+            plane.distance > 1e-9 * self.radius && plane.distance > -reach * plane.normal.dot(n)
         });
-        if above { None } else { shape.meets(&self.orientation, &apart, n) }
+        if above { None } else { body.meets(&apart, n) }
     }
 }
 

@@ -154,7 +154,7 @@ impl<const D: usize> Following<'_, D> {
         for k in self.oblong.iter().map(|k| *k as usize) {
             let torque = torques[k];
             let motion = &mut self.motions[k];
-            motion.pressure_torque += torque;
+            motion.pressure.torque += torque;
             if self.coupled.bodies()[k].freedom().is_some() {
                 self.coupled.change(k, &Vector3::zeros(), &(motion.turns * (dt * torque)));
             }
@@ -174,17 +174,14 @@ impl<const D: usize> Following<'_, D> {
         let reach = &coupled.cut().reach;
         let bodies = coupled.bodies();
         let own = |k: usize| Response {
-            velocity: bodies[k].velocity,
-            spin: bodies[k].spin,
+            motion: bodies[k].rigid_velocity(),
             pressure: motions[k].pressure,
-            pressure_torque: motions[k].pressure_torque,
         };
         let Sums { responses, messages, .. } = &mut **sums;
         let responses = responses.tell_all(session, reach, messages, own)?;
         for (k, response) in responses.iter().enumerate() {
-            coupled.set(k, &response.velocity, &response.spin);
-            (motions[k].pressure, motions[k].pressure_torque) =
-                (response.pressure, response.pressure_torque);
+            coupled.set(k, &response.motion);
+            motions[k].pressure = response.pressure;
         }
         Ok(())
     }
@@ -198,7 +195,7 @@ fn apply_force<const D: usize>(
     force: &Vector3<f64>,
     dt: f64,
 ) {
-    motion.pressure += force;
+    motion.pressure.force += force;
     if let Some(freedom) = coupled.bodies()[k].freedom() {
         let change = freedom.along(force) * (dt / motion.inertia);
         coupled.change(k, &change, &Vector3::zeros());

@@ -5,7 +5,7 @@ use super::PROFILE_DEPTH;
 use super::gap::Surroundings;
 use super::normal::{Ahead, Foot};
 use super::stencil::Image;
-use crate::geometry::{Nearest, Orientation, Planes, Shape};
+use crate::geometry::{Nearest, Orientation, Planes};
 use crate::particles::Body;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -91,11 +91,12 @@ impl SeenCell {
         let body = &around.bodies[k];
         let outside = s > 0.0 && !cleared;
         near.clear();
-        if reach.sets(&self.sight) && (outside || s > -body.radius().min(PROFILE_DEPTH * around.h))
+        if reach.sets(&self.sight)
+            && (outside || s > -body.radius().min(PROFILE_DEPTH * around.profiles.h))
         {
             if !outside && around.round.is_none() {
                 let within = around.beside_nearest(s) - s;
-                body.shape().feet(&around.orientation, &self.arm, within, near);
+                around.turned().feet(&self.arm, within, near);
             }
             if near.len() < 2 {
                 near.clear();
@@ -140,29 +141,25 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// What a body of this shape, which lay `before`, sees of the cell at `arm` (m); none where
+    /// What the body, which lay `before`, sees of the cell at `arm` (m); none where
     /// that is nothing to it.
     pub fn sight<const D: usize>(
         &self,
         around: &Surroundings<D>,
-        shape: &dyn Shape,
         before: &Before,
         arm: &Vector3<f64>,
         touched: bool,
         known: &mut Known,
     ) -> Option<Sight> {
-        let orientation = &around.orientation;
+        let body = around.turned();
         let point = Vector3::zeros();
         let far = self.tight.max(self.way).max(self.beside);
-        if !touched
-            && around.round.is_none()
-            && known.planes.clears(shape, orientation, arm, &point, far)
-        {
+        if !touched && around.round.is_none() && known.planes.clears(&body, arm, &point, far) {
             return None;
         }
-        let deep = -PROFILE_DEPTH * around.h;
+        let deep = -PROFILE_DEPTH * around.profiles.h;
         let near = known.near(arm).filter(|near| *near < deep).or_else(|| {
-            let near = shape.clearance(orientation, arm)?;
+            let near = body.clearance(arm)?;
             known.deep = (near < deep).then_some((*arm, near)).or(known.deep);
             Some(near)
         });
@@ -171,13 +168,13 @@ impl Reach {
         }
         let (s, normal) = match near.filter(|near| *near < deep) {
             Some(near) => (near, None),
-            None => around.nearest(shape, orientation, arm),
+            None => around.nearest(arm),
         };
         let cleared = s > 0.0
             && s <= self.way
-            && around.distance(shape, &before.orientation, &(arm + before.way)) <= 0.0;
+            && around.distance(&before.orientation, &(arm + before.way)) <= 0.0;
         let concerns = touched || cleared || s <= self.tight || s < self.beside;
-        (concerns && shape.owns(orientation, arm)).then_some(Sight { s, normal, cleared })
+        (concerns && body.owns(arm)).then_some(Sight { s, normal, cleared })
     }
 
     /// Whether the body sets the velocity of a cell of which it has this sight, so far as it owns

@@ -68,18 +68,18 @@ impl SharedCells {
     /// Shares the cells to which several of the bodies are about as near, and lists the ghost cells
     /// among them.
     pub fn share<const D: usize>(&mut self, bodies: &mut [CutBody<D>]) {
-        self.gather(bodies, |cut| &cut.shared_own_cells);
+        self.gather(bodies, |cut| &cut.own.shared);
         for (parts, owned_by) in by_cell(&self.parts) {
             for (part, (body, place)) in parts.iter().map(|part| (part, part.at())) {
-                bodies[body].own_cells[place].ownership = part.shared.owned / owned_by;
+                bodies[body].own.cells[place].ownership = part.shared.owned / owned_by;
             }
         }
-        self.gather(bodies, |cut| &cut.shared_ghost_cells);
+        self.gather(bodies, |cut| &cut.ghosts.shared);
         for (parts, owned_by) in by_cell(&self.parts) {
             let mut left = 1.0f64;
             for (i, part) in parts.iter().enumerate() {
                 let (body, place) = part.at();
-                let ghost = &mut bodies[body].ghost_cells[place];
+                let ghost = &mut bodies[body].ghosts.cells[place];
                 let weight = part.shared.owned * part.shared.weight / owned_by;
                 // Rounding may leave less than the last one has.
                 ghost.weight = if weight > 0.0 { weight / left.max(weight) } else { 0.0 };
@@ -99,12 +99,12 @@ impl SharedCells {
             for part in setting() {
                 let (body, place) = part.at();
                 let weight = part.shared.owned * part.shared.weight;
-                sum += weight * bodies[body].targets[place];
+                sum += weight * bodies[body].ghosts.cells[place].target;
                 weights += weight;
             }
             if weights > 0.0 {
                 for (body, place) in setting().map(Part::at) {
-                    bodies[body].targets[place] = sum / weights;
+                    bodies[body].ghosts.cells[place].target = sum / weights;
                 }
             }
         }

@@ -72,6 +72,9 @@ pub struct Reading {
     pub stencil: Stencil,
     /// Number of the ghost cell or the point that it is for.
     pub place: u32,
+    /// The share of a profile in its ghost cell, or a point's part of the surface (m2; m per metre
+    /// of depth).
+    pub share: f64,
 }
 
 /// The cubic extrapolation to a ghost cell, in place of a part of the stencil that the cell has.
@@ -156,7 +159,7 @@ impl<const D: usize> Stencils<D> {
         normal: &Normal,
         s: f64,
     ) -> Stencil {
-        let h = around.h;
+        let h = around.profiles.h;
         let gap = around.gap(&image.centre, normal);
         let clear = around.clear_of_corners(normal, gap.width);
         let share = Shares::of(gap.width / h).beside_corner(clear);
@@ -166,7 +169,8 @@ impl<const D: usize> Stencils<D> {
         // the two.
         let mirrored = |width: f64| (s / width).max(-1.0);
         let linear = if share.linear > 0.0 { share.linear * mirrored(near) } else { 0.0 };
-        let [first, second] = around.parabola.factors(s / h).map(|factor| share.full * factor);
+        let [first, second] =
+            around.profiles.parabola.factors(s / h).map(|factor| share.full * factor);
         let at = if share.full > 0.0 { d1 } else { near };
         let image_points = [(at, first + linear), (d2, second)];
         let across = share.across * mirrored(gap.width.max(0.5 * h));
@@ -185,8 +189,8 @@ impl<const D: usize> Stencils<D> {
     ) -> Option<Cubic> {
         let gap = around.gap(&image.centre, normal);
         let clear = around.clear_of_corners(normal, gap.width);
-        let s = s / around.h;
-        let gap = gap.width / around.h;
+        let s = s / around.profiles.h;
+        let gap = gap.width / around.profiles.h;
         // As deep as the first image point is far, it needs no more ghosts than the parabola.
         let shallow = 1.0 - smooth_step(-s, IMAGE_POINT, IMAGE_POINT + BLENDING_WIDTH);
         // Its third image point keeps off what lies across.
@@ -198,7 +202,7 @@ impl<const D: usize> Stencils<D> {
         let places = [1.0, 2.0, 3.0].map(|n| n * IMAGE_POINT);
         let factors = profile::cubic(s, places)?;
         let image_points: [_; 3] =
-            std::array::from_fn(|n| (places[n] * around.h, part * factors[n]));
+            std::array::from_fn(|n| (places[n] * around.profiles.h, part * factors[n]));
         let stencil = self.stencil(image, normal, image_points, 0.0, Other::Nothing);
         let cubic = Reading { stencil, ..*own };
         let added = Vector3::zeros();
@@ -220,18 +224,18 @@ impl<const D: usize> Stencils<D> {
         if weight == 0.0 {
             return (Stencil::STILL, weight);
         }
-        let across = s / gap.width.max(0.5 * around.h).max(s);
+        let across = s / gap.width.max(0.5 * around.profiles.h).max(s);
         (self.stencil(image, normal, [], across, gap.other), weight)
     }
 
     /// The slope of the velocity along the outward normal through a point of the surface (1/s).
     pub fn slope(&mut self, around: &Surroundings<D>, image: &Image, normal: &Normal) -> Stencil {
-        let h = around.h;
+        let h = around.profiles.h;
         let gap = around.gap(&image.centre, normal);
         let share = Shares::of(gap.width / h);
         let e = SLOPE_IMAGE_POINT * h;
         let near = h.min(0.5 * gap.width);
-        let [one, two, three] = around.slope.map(|factor| share.full * factor / h);
+        let [one, two, three] = around.profiles.slope.map(|factor| share.full * factor / h);
         let linear = if share.linear > 0.0 { share.linear / near } else { 0.0 };
         let image_points = [(e, one), (2.0 * e, two), (3.0 * e, three), (near, linear)];
         let across = share.across / gap.width.max(0.5 * h);

@@ -1,14 +1,16 @@
 //! The parts of a step with sharp surfaces, in its order ([`super`] has the formulas).
 
+use super::cut::CutBodies;
+use super::exchanged::ExchangedMomentum;
 use super::pressure_step::PressureStep;
 use super::{Sharp, StepNumbers, contact_correction, copy, history};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::VectorField;
-use crate::kernels::boundary::{self, Sides};
+use crate::kernels::boundary::Sides;
 use crate::kernels::faces;
-use crate::method::stabilised::Finish;
+use crate::method::prediction::{Walls, Within};
 use crate::numerics::{
     CORRECTION_COURANT, CORRECTION_DECAY_CUT_2D, CORRECTION_DECAY_CUT_3D, CORRECTION_DECAY_FIXED,
     CORRECTION_DECAY_OPEN, PRESSURE_TIME,
@@ -84,7 +86,7 @@ impl<const D: usize> Sharp<D> {
         }
         if numbers.keep > 0.0 || numbers.crowded {
             let surfaces = history(&mut s.surfaces)?;
-            let stage = &mut self.work.stage;
+            let stage = &mut self.prediction.stage;
             copy(&s.u, stage);
             if moves {
                 // The drive has not accelerated the fluid of this step yet, nor the bodies beside
@@ -94,7 +96,7 @@ impl<const D: usize> Sharp<D> {
                 }
                 self.cut.set_ghost_cells(domain, &s.bodies, true, None, stage);
                 for (body, motion) in s.bodies.iter_mut().zip(&self.motions) {
-                    body.velocity = motion.expected.0;
+                    body.velocity = motion.expected.velocity;
                 }
             }
             // Faces have yet to see what ghost cells changed after the projection.
@@ -118,8 +120,8 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    /// (7): the stages in their order, ghost cells set on every one and on their sum, which has
-    /// the last pressure; the bodies are at the step's end already. Returns the forces of this
+    /// (7): ghost cells are set on every stage and on their sum, which has the last pressure; the
+    /// bodies are at the step's end already. Returns the forces of this
     /// rank's sides on the fluid, where a balance is kept. Collective.
     pub(super) fn predict_cells(
         &mut self,
@@ -138,100 +140,18 @@ impl<const D: usize> Sharp<D> {
             })?;
         }
         self.cut.find_cubic(domain, &s.bodies, &s.u);
-        let sides = match &self.stabilised {
-            Some(long) if long.is_for(domain, &self.momentum.scheme, dt) => {
-                self.predict_stabilised(domain, s, dt)?
-            }
-            _ => self.predict_by_stages(domain, s, dt)?,
-        };
+        let Sharp { mixture, prediction, cut, acceleration, work, .. } = self;
+        if prediction.is_long(domain, dt) {
+            cut.find_targets(domain, &s.bodies, true, &s.u);
+            cut.find_offsets(&s.u);
+        }
+        let mut walls = Surfaces { cut, exchanged: &mut work.exchanged };
+        let sides = prediction.predict(domain, s, mixture, &acceleration.faces, dt, &mut walls)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
-        let Sharp { cut, work, .. } = self;
         cut.set_ghost_cells(domain, &s.bodies, true, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(sides)
-    }
-
-    fn predict_by_stages(
-        &mut self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        dt: f64,
-    ) -> Result<Sides> {
-        let Sharp { mixture, momentum, cut, acceleration, work, .. } = self;
-        let scheme = momentum.scheme;
-        let mut sides = Sides::zeros();
-        for (k, &weight) in scheme.weights.iter().enumerate() {
-            if k > 0 {
-                let u = &mut work.stage;
-                let part = scheme.stages[k - 1].1;
-                momentum.start_stage(domain, k, &s.u, &acceleration.faces, dt, u);
-                cut.add_cut_cells(domain, part * dt, None, u);
-                if part == 1.0 {
-                    domain.boundaries.fill_velocity(u)?;
-                    cut.set_ghost_cells(domain, &s.bodies, true, None, u);
-                } else {
-                    cut.set_ghost_cells_within(part, &s.u, u);
-                }
-                domain.clock.lap(Stage::Mixing);
-                domain.boundaries.fill_stencils(&mut work.stage)?;
-                domain.clock.lap(Stage::Ghosts);
-            }
-            let u = if k == 0 { &s.u } else { &work.stage };
-            let carrier = momentum.carrier(s, dt);
-            if s.balance.is_some() {
-                sides += weight
-                    * boundary::stress(
-                        &domain.grid,
-                        &carrier,
-                        u,
-                        domain.fluid.density,
-                        &mixture.viscosity,
-                    );
-                domain.clock.lap(Stage::Force);
-            }
-            momentum.add_stage(domain, k, mixture, &carrier, u, dt, None)?;
-        }
-        // Ghost cells belong to the velocity with its pressure.
-        faces::step_cells(
-            &domain.grid,
-            None,
-            (dt, momentum.rate()),
-            (dt, &acceleration.faces),
-            &mut s.u,
-        );
-        domain.clock.lap(Stage::Update);
-        cut.add_cut_cells(domain, dt, None, &mut s.u);
-        Ok(sides)
-    }
-
-    /// In Legendre stages. The bodies are at the step's end, and a stage at the time c of it has
-    /// inside them what is imposed there and `1 - c` of what the start had beyond that: no cell
-    /// jumps at once.
-    fn predict_stabilised(
-        &mut self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        dt: f64,
-    ) -> Result<Sides> {
-        let Sharp { mixture, momentum, cut, acceleration, work, stabilised, .. } = self;
-        let Some(stabilised) = stabilised else { return Ok(Sides::zeros()) };
-        cut.find_targets(domain, &s.bodies, true, &s.u);
-        cut.find_offsets(&s.u);
-        let finish: Finish<D> = &mut |domain, bodies, stage, u| {
-            cut.add_cut_cells(domain, stage.part() * dt, None, u);
-            if stage.weight != 0.0 {
-                domain.boundaries.fill_velocity(u)?;
-                cut.find_targets(domain, bodies, true, u);
-                cut.add_offsets(1.0 - stage.time);
-                let exchanged = Some((stage.remains, &mut work.exchanged));
-                cut.apply_targets(domain, true, exchanged, u);
-                domain.boundaries.fill_imposed(u)?;
-            }
-            domain.clock.lap(Stage::Mixing);
-            Ok(())
-        };
-        stabilised.predict(momentum, domain, s, mixture, &acceleration.faces, dt, finish)
     }
 
     /// (8), from the cells without the last pressure. Collective.
@@ -300,6 +220,57 @@ impl<const D: usize> Sharp<D> {
         cut.set_ghost_cells(domain, &s.bodies, false, Some(&mut work.exchanged), &mut s.u);
         domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
+        Ok(())
+    }
+}
+
+/// The surfaces of bodies within the stages of a step. The bodies are at the step's end, and a
+/// Legendre stage at the time c of it has inside them what is imposed there and `1 - c` of what the
+/// start had beyond that: no cell jumps at once.
+struct Surfaces<'a, const D: usize> {
+    cut: &'a mut CutBodies<D>,
+    exchanged: &'a mut Vec<ExchangedMomentum>,
+}
+
+impl<const D: usize> Walls<D> for Surfaces<'_, D> {
+    const PRESSURE: f64 = 1.0;
+
+    fn finish(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &State<D>,
+        within: Within,
+        dt: f64,
+        u: &mut VectorField<D>,
+    ) -> Result<()> {
+        let Surfaces { cut, exchanged } = self;
+        match within {
+            Within::Stage(part) => {
+                cut.add_cut_cells(domain, part * dt, None, u);
+                if part == 1.0 {
+                    domain.boundaries.fill_velocity(u)?;
+                    cut.set_ghost_cells(domain, &s.bodies, true, None, u);
+                } else {
+                    cut.set_ghost_cells_within(part, &s.u, u);
+                }
+                domain.clock.lap(Stage::Mixing);
+                domain.boundaries.fill_stencils(u)?;
+                domain.clock.lap(Stage::Ghosts);
+            }
+            Within::Legendre(stage) => {
+                cut.add_cut_cells(domain, stage.part() * dt, None, u);
+                if stage.weight != 0.0 {
+                    domain.boundaries.fill_velocity(u)?;
+                    cut.find_targets(domain, &s.bodies, true, u);
+                    cut.add_offsets(1.0 - stage.time);
+                    cut.apply_targets(domain, true, Some((stage.remains, exchanged)), u);
+                    domain.boundaries.fill_imposed(u)?;
+                }
+                domain.clock.lap(Stage::Mixing);
+            }
+            // Ghost cells belong to the velocity with its pressure.
+            Within::End => cut.add_cut_cells(domain, dt, None, u),
+        }
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! What ranks sum of each body in a step.
 
 use super::exchanged::ExchangedMomentum;
+use crate::particles::{Load, RigidVelocity};
 use crate::sums::{BodySums, Messages, Summed};
 use nalgebra::Vector3;
 
@@ -26,14 +27,13 @@ impl Sums {
     }
 }
 
-/// Forces and torques on a body at its surface (N, N m).
+/// Loads on a body at its surface.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SurfaceForces {
-    pub pressure: Vector3<f64>,
-    pub shear: Vector3<f64>,
-    /// The wall shear's torque about the centre, and that of pressure on a body that is not round.
-    pub shear_torque: Vector3<f64>,
-    pub pressure_torque: Vector3<f64>,
+    /// By pressure; its torque on a body that is not round.
+    pub pressure: Load,
+    /// By wall shear.
+    pub shear: Load,
 }
 
 /// Momentum of the cells of a body: linear (kg m/s), angular momentum about its centre (kg m2/s).
@@ -49,8 +49,8 @@ pub struct CellMomentum {
 
 impl Summed for SurfaceForces {
     fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
-        let SurfaceForces { pressure, shear, shear_torque, pressure_torque } = self;
-        [pressure, shear, shear_torque, pressure_torque].into_iter().for_each(|v| v.each(take));
+        self.pressure.each(take);
+        self.shear.each(take);
     }
 }
 
@@ -65,15 +65,15 @@ impl Summed for CellMomentum {
 /// What a solve has made of a body.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Response {
-    pub velocity: Vector3<f64>,
-    pub spin: Vector3<f64>,
-    pub pressure: Vector3<f64>,
-    pub pressure_torque: Vector3<f64>,
+    /// Its velocity.
+    pub motion: RigidVelocity,
+    /// Its load by pressure.
+    pub pressure: Load,
 }
 
 impl Summed for Response {
     fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
-        let Response { velocity, spin, pressure, pressure_torque } = self;
-        [velocity, spin, pressure, pressure_torque].into_iter().for_each(|v| v.each(take));
+        self.motion.each(take);
+        self.pressure.each(take);
     }
 }

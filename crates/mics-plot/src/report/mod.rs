@@ -1,11 +1,11 @@
 //! `mics report`: a run in one HTML file that needs nothing else: no script, no network, no second
 //! file.
 //!
-//! `describe` says what the case is and its numbers, `figures` draws what the folder holds, `page`
+//! `numbers` are its dimensionless numbers, `figures` draws what the folder holds, `page`
 //! sets it.
 
-mod describe;
 mod figures;
+mod numbers;
 mod page;
 mod solves;
 

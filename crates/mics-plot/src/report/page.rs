@@ -1,10 +1,10 @@
 //! The page: HTML by `maud`, which escapes all that comes from a case or a log.
 
 use super::figures::{Figure, Part};
-use super::{Run, describe, solves};
+use super::{Run, numbers, solves};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use mics_run::compare::{measured, percent};
-use mics_run::config::MeasureKind;
+use mics_run::config::{AXES, MeasureKind};
 
 /// Keeps a browser from fetching anything, whatever the page says.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
@@ -217,19 +217,17 @@ fn what(case: &mics_run::config::Case, m: &mics_run::config::Measure) -> String 
     } else {
         String::new()
     };
-    let names = ["x", "y", "z"];
     let direction = m.direction().map_or(String::new(), |direction| {
         let along = if m.kind == MeasureKind::Torque { "about" } else { "along" };
         let axis = (0..3).find(|a| direction[*a].abs() > 1.0 - 1e-9);
         let parts = direction.iter().take(case.dimension()).map(|part| short(*part));
         match axis {
-            Some(a) if direction[a] > 0.0 => format!(" {along} {}", names[a]),
-            Some(a) => format!(" {along} -{}", names[a]),
+            Some(a) if direction[a] > 0.0 => format!(" {along} {}", AXES[a]),
+            Some(a) => format!(" {along} -{}", AXES[a]),
             None => format!(" {along} ({})", parts.collect::<Vec<_>>().join(", ")),
         }
     });
-    let axis =
-        if m.kind.has_axis() { format!(" along {}", names[m.axis()]) } else { String::new() };
+    let axis = if m.kind.has_axis() { format!(" along {}", AXES[m.axis()]) } else { String::new() };
     let from = if m.from > 0.0 { format!(", from {} s on", m.from) } else { String::new() };
     word + &particle + &direction + &axis + &from
 }
@@ -251,15 +249,18 @@ fn gallery(figures: &[&Figure], class: &str) -> Markup {
 }
 
 fn scene(run: &Run) -> Markup {
-    html! { dl.terms { @for (term, lines) in describe::scene(&run.case) {
-        dt { (term) } dd { @for line in lines { div { (line) } } }
+    let case = &run.case;
+    let solved = [case.describe_time(), case.describe_pressure(&run.provenance.solver)];
+    let lines = [case.describe_box(), case.describe_bodies(), solved.to_vec()].concat();
+    html! { dl.terms { @for lines in lines.chunk_by(|one, next| one.label == next.label) {
+        dt { (lines[0].label) } dd { @for line in lines { div { (line.words) } } }
     } } }
 }
 
 fn numbers(run: &Run) -> Markup {
     html! { div.scroll { table {
         thead { tr { th { "number" } th.number { "value" } th { "definition" } } }
-        tbody { @for n in describe::numbers(run) { tr {
+        tbody { @for n in numbers::numbers(run) { tr {
             th.symbol scope="row" { (symbol(n.name)) } td.number { (short(n.value)) }
                 td { (n.definition) }
         } } }

@@ -1,184 +1,203 @@
-//! Parts of a case in words, for `mics check` and reports.
+//! What a case is, in words: the lines of `mics check`, and the list of a report.
 
-use super::message::suggest;
+use super::fault::AXES;
 use super::{
-    Case, Contact, Damping, Drive, Loss, Motion, Obstacle, PairLaw, Particle, Side, Solid,
+    Advection, Cadence, Case, Checkpoints, Contact, Damping, Drive, Loss, Motion, PairLaw, Scheme,
+    Side, Solid, Step,
 };
-use crate::words::rounded;
-use std::collections::BTreeSet;
+use crate::words::{number, rounded};
+use std::fmt;
+
+/// What is said of one thing of a case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// The thing, as `fluid`, or the name of a body.
+    pub label: String,
+    /// What is said of it.
+    pub words: String,
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, to: &mut fmt::Formatter) -> fmt::Result {
+        write!(to, "{:<13}{}", self.label, self.words)
+    }
+}
+
+fn line(label: impl Into<String>, words: impl Into<String>) -> Line {
+    Line { label: label.into(), words: words.into() }
+}
+
+/// The values of all as "LOW to HIGH", or as one where both read the same.
+fn span(values: impl Iterator<Item = f64>, say: impl Fn(f64) -> String) -> String {
+    let ends = values.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| {
+        [low.min(value), high.max(value)]
+    });
+    let [low, high] = ends.map(say);
+    if low == high { low } else { format!("{low} to {high}") }
+}
+
+/// Words one after the other.
+fn join(words: impl Iterator<Item = String>, between: &str) -> String {
+    words.collect::<Vec<_>>().join(between)
+}
 
 impl Case {
-    /// What a body is called: its name, with its number where others have the name too; without a
-    /// name its number, from 0. Obstacles follow the particles.
-    pub fn called(&self, id: usize) -> String {
-        let name = |p: &Particle| p.name.clone();
-        let wall =
-            id.checked_sub(self.particle.len()).and_then(|k| Some((k, self.obstacle.get(k)?)));
-        if let Some((k, obstacle)) = wall {
-            return obstacle.name.clone().unwrap_or(format!("obstacle {k}"));
-        }
-        match self.particle.get(id).and_then(name) {
-            None => format!("particle {id}"),
-            Some(own)
-                if self
-                    .particle
-                    .iter()
-                    .filter(|p| p.name.as_ref() == Some(&own))
-                    .nth(1)
-                    .is_none() =>
-            {
-                own
-            }
-            Some(own) => format!("{own} {id}"),
-        }
+    /// The box, its fluid, what is given at its sides and what drives it.
+    pub fn describe_box(&self) -> Vec<Line> {
+        let size = join(self.domain.size.iter().map(|x| number(*x)), " x ");
+        let cells = join(self.domain.cells.iter().map(usize::to_string), " x ");
+        let h = join(self.spacings().iter().map(|h| format!("{h:.4e}")), " x ");
+        let gravity = match self.fluid.gravity.iter().all(|g| *g == 0.0) {
+            true => "no gravity".to_owned(),
+            false => format!("gravity {:?} m/s2", self.fluid.gravity),
+        };
+        let density = number(self.fluid.density);
+        let viscosity = number(self.fluid.viscosity);
+        let fluid = format!("density {density} kg/m3, viscosity {viscosity} Pa s, {gravity}");
+        let sides = self.sides().map(|(name, side)| format!("{name} {}", side.describe()));
+        let drive = self.drive.as_ref().map(|drive| line("drive", drive.describe()));
+        let begins = self.initial.from.as_ref();
+        let begins = begins.map(|run| line("begins", format!("where {run} has come to")));
+        let all = [
+            line("case", format!("{} ({}D)", self.name, self.dimension())),
+            line("domain", format!("{size} m, {cells} cells, h = {h} m")),
+            line("fluid", fluid),
+            line("boundary", join(sides, ", ")),
+        ];
+        all.into_iter().chain(drive).chain(begins).collect()
     }
 
-    /// The particles of a number, from 0, or of a name.
-    ///
-    /// # Errors
-    /// When there is none, in words.
-    pub fn find(&self, wanted: &str) -> Result<Vec<usize>, String> {
+    /// The bodies, of few each, of many the ranges, and their materials.
+    pub fn describe_bodies(&self) -> Vec<Line> {
+        let particles: Vec<Line> = match self.particle.len() {
+            0..=5 => (0..self.particle.len()).map(|id| self.describe_particle(id)).collect(),
+            _ => self.describe_many(),
+        };
+        let obstacles = (0..self.obstacle.len()).map(|k| self.describe_obstacle(k));
+        let materials = self.contact.iter().flat_map(Contact::describe);
+        let materials = materials.map(|words| line("materials", words));
+        particles.into_iter().chain(obstacles).chain(materials).collect()
+    }
+
+    /// Until when and by which steps it runs.
+    pub fn describe_time(&self) -> Line {
+        let steps = match self.time.length() {
+            Step::Fixed(step) => format!("steps of {step} s"),
+            Step::Courant(number) => format!("steps by a Courant number of {number}"),
+        };
+        let scheme = match self.time.scheme() {
+            Scheme::Euler => "Euler",
+            Scheme::Rk2 => "two-stage Runge-Kutta",
+            Scheme::Rk3 => "three-stage Runge-Kutta",
+            Scheme::Rkl2 => "Runge-Kutta of two stages, Legendre's of more where viscosity asks",
+            Scheme::Rkl3 => "Runge-Kutta of three stages, Legendre's of more where viscosity asks",
+        };
+        let advection = match self.time.advection {
+            Advection::Upwind5 => "fifth-order upwind, conservative",
+            Advection::Qsi => "QSI, semi-Lagrangian",
+        };
+        let end = self.time.end;
+        line("time", format!("to t = {end} s, {steps}, {scheme}; advection: {advection}"))
+    }
+
+    /// What solves for the pressure, and how far.
+    pub fn describe_pressure(&self, solver: &str) -> Line {
+        let limit = self.pressure.divergence_limit;
+        line("pressure", format!("{solver}, until |D| < {limit:e} 1/s"))
+    }
+
+    /// A length (m), and how many cells that is.
+    fn thinnest(&self, thickness: f64) -> String {
+        let cells = thickness / self.widest_spacing();
+        format!("thinnest {} m = {cells:.1} cells", rounded(thickness))
+    }
+
+    fn describe_particle(&self, id: usize) -> Line {
+        let p = &self.particle[id];
+        let d = p.shape.diameter();
+        let solid = |solid: &Solid| {
+            let length = rounded(2.0 * solid.geometry().radius());
+            let thinnest = self.thinnest(solid.geometry().thickness());
+            format!("{}{}, up to {length} m across, {thinnest}, ", solid.name(), solid.detail())
+        };
+        let words = format!(
+            "{}d = {} m, d/h = {:.1}, density ratio {:.4}, {}{}",
+            p.shape.solid().map(solid).unwrap_or_default(),
+            rounded(d),
+            d / self.widest_spacing(),
+            p.density() / self.fluid.density,
+            p.motion.describe(),
+            p.enter.as_ref().map(|e| format!(", enters at {} s", e.time)).unwrap_or_default()
+        );
+        line(self.called(id), words)
+    }
+
+    /// Many particles: their ranges, their shapes, and when the first of those that come in does.
+    fn describe_many(&self) -> Vec<Line> {
         let count = self.particle.len();
-        if let Ok(id) = wanted.parse::<usize>() {
-            let unknown =
-                || format!("there is no particle {id}: the case has {count}, counted from 0");
-            return (id < count).then(|| vec![id]).ok_or_else(unknown);
+        let h = self.widest_spacing();
+        let diameters = || self.particle.iter().map(|p| p.shape.diameter());
+        let d = span(diameters(), rounded);
+        let cells = span(diameters().map(|d| d / h), |n| format!("{n:.1}"));
+        let ratios = self.particle.iter().map(|p| p.density() / self.fluid.density);
+        let ratio = span(ratios, |s| format!("{s:.4}"));
+        let words = format!("{count}: d = {d} m, d/h = {cells}, density ratio {ratio}");
+        let mut lines = vec![line("particles", words)];
+        lines.extend(self.describe_shapes());
+        let times = || self.particle.iter().filter_map(|p| Some(p.enter.as_ref()?.time));
+        if let Some(first) = times().min_by(f64::total_cmp) {
+            let count = times().count();
+            let words =
+                format!("{count} of them come in while the run goes on, the first at {first} s");
+            lines.push(line("enter", words));
         }
-        let named = |id: &usize| self.particle[*id].name.as_deref() == Some(wanted);
-        let ids: Vec<usize> = (0..count).filter(named).collect();
-        let known = self.particle.iter().filter_map(|p| p.name.as_deref());
-        if ids.is_empty() { Err(unnamed("particle", wanted, known)) } else { Ok(ids) }
-    }
-
-    /// What is said of the particles, each line with its label: of few one by one, of many their
-    /// ranges.
-    pub fn describe_particles(&self) -> Vec<(String, String)> {
-        let widest = self.spacings().into_iter().fold(0.0, f64::max);
-        let cells = |d: f64| d / widest;
-        let ratio = |p: &Particle| p.density() / self.fluid.density;
-        if self.particle.len() > 5 {
-            let range = |f: &dyn Fn(&Particle) -> f64| {
-                let values = self.particle.iter().map(f);
-                values.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)))
-            };
-            let (d, s) = (range(&|p| p.shape.diameter()), range(&ratio));
-            let span = |(low, high): (f64, f64), say: &dyn Fn(f64) -> String| {
-                let [low, high] = [low, high].map(say);
-                if low == high { low } else { format!("{low} to {high}") }
-            };
-            let words = format!(
-                "{}: d = {} m, d/h = {}, density ratio {}",
-                self.particle.len(),
-                span(d, &|d| rounded(d)),
-                span((cells(d.0), cells(d.1)), &|n| format!("{n:.1}")),
-                span(s, &|s| format!("{s:.4}"))
-            );
-            let shapes = self.describe_shapes().into_iter().map(|words| ("shapes".into(), words));
-            let entering: Vec<_> = self.particle.iter().filter_map(|p| p.enter.as_ref()).collect();
-            let first = entering.iter().map(|enter| enter.time).fold(f64::INFINITY, f64::min);
-            let come = format!(
-                "{} of them come in while the run goes on, the first at {first} s",
-                entering.len()
-            );
-            let come = (!entering.is_empty()).then(|| ("enter".into(), come));
-            return [("particles".into(), words)].into_iter().chain(shapes).chain(come).collect();
-        }
-        let line = |(id, p): (usize, &Particle)| {
-            let motion = p.motion.describe();
-            let d = p.shape.diameter();
-            let enters = p
-                .enter
-                .as_ref()
-                .map_or(String::new(), |enter| format!(", enters at {} s", enter.time));
-            let words = format!(
-                "{}d = {} m, d/h = {:.1}, density ratio {:.4}, {motion}{enters}",
-                p.shape.solid().map_or(String::new(), |solid| self.describe_solid(solid) + ", "),
-                rounded(d),
-                cells(d),
-                ratio(p)
-            );
-            (self.called(id), words)
-        };
-        self.particle.iter().enumerate().map(line).collect()
-    }
-
-    /// What is said of the obstacles, each line with its label.
-    pub fn describe_obstacles(&self) -> Vec<(String, String)> {
-        let widest = self.spacings().into_iter().fold(0.0, f64::max);
-        let line = |(k, o): (usize, &Obstacle)| {
-            let [low, high] = o.wall().bounds();
-            let spans = ["x", "y", "z"].iter().enumerate().take(self.dimension());
-            let spans = spans
-                .map(|(a, x)| format!("{x} from {} to {} m", rounded(low[a]), rounded(high[a])));
-            let thickness = o.wall().thickness();
-            let thin = if thickness.is_finite() {
-                format!("thinnest {} m = {:.1} cells, ", rounded(thickness), thickness / widest)
-            } else {
-                String::new()
-            };
-            let centre: Vec<String> = o.wall().centre().iter().map(|x| rounded(*x)).collect();
-            let moves = match &o.motion {
-                Motion::Prescribed(told) if told.turns() => {
-                    format!("prescribed motion, turns about ({}) m", centre.join(", "))
-                }
-                Motion::Fixed => "fixed".to_owned(),
-                _ => "prescribed motion".to_owned(),
-            };
-            let words = format!(
-                "{}, walls within {}, {thin}{moves}, of {}",
-                o.wall().detail(),
-                spans.collect::<Vec<_>>().join(", "),
-                o.material()
-            );
-            (self.called(self.particle.len() + k), words)
-        };
-        self.obstacle.iter().enumerate().map(line).collect()
-    }
-
-    /// A solid in words: what it is, how long and how thick.
-    fn describe_solid(&self, solid: &Solid) -> String {
-        let widest = self.spacings().into_iter().fold(0.0, f64::max);
-        let name = solid.name();
-        let detail = solid.detail();
-        let geometry = solid.geometry();
-        let length = 2.0 * geometry.radius();
-        let thickness = geometry.thickness();
-        format!(
-            "{name}{detail}, up to {} m across, thinnest {} m = {:.1} cells",
-            rounded(length),
-            rounded(thickness),
-            thickness / widest
-        )
+        lines
     }
 
     /// The shapes that are not round, a line each, with how many have them and how large they are.
-    fn describe_shapes(&self) -> Vec<String> {
-        let widest = self.spacings().into_iter().fold(0.0, f64::max);
-        let mut kinds: Vec<(&Solid, usize, [f64; 2], f64)> = Vec::new();
+    fn describe_shapes(&self) -> Vec<Line> {
+        let mut kinds: Vec<Vec<&Solid>> = Vec::new();
         for solid in self.particle.iter().filter_map(|p| p.shape.solid()) {
-            let d = solid.diameter();
-            let thickness = solid.geometry().thickness();
-            match kinds.iter_mut().find(|(other, ..)| other.is_like(solid)) {
-                None => kinds.push((solid, 1, [d, d], thickness)),
-                Some((_, count, [low, high], thinnest)) => {
-                    (*count, *low, *high) = (*count + 1, low.min(d), high.max(d));
-                    *thinnest = thinnest.min(thickness);
-                }
+            match kinds.iter_mut().find(|kind| kind[0].is_like(solid)) {
+                None => kinds.push(vec![solid]),
+                Some(kind) => kind.push(solid),
             }
         }
-        let line = |(solid, count, [low, high], thinnest): (&Solid, usize, [f64; 2], f64)| {
-            let low = rounded(low);
-            let high = rounded(high);
-            let sizes = if low == high { low } else { format!("{low} to {high}") };
-            let name = plural(solid.name(), count);
-            format!(
-                "{count} {name}{}, equal-volume diameter {sizes} m, thinnest {} m = {:.1} cells",
-                solid.detail(),
-                rounded(thinnest),
-                thinnest / widest
-            )
+        let words = |kind: Vec<&Solid>| {
+            let count = kind.len();
+            let name = plural(kind[0].name(), count);
+            let detail = kind[0].detail();
+            let sizes = span(kind.iter().map(|solid| solid.diameter()), rounded);
+            let thickness = kind.iter().map(|solid| solid.geometry().thickness());
+            let thinnest = self.thinnest(thickness.fold(f64::INFINITY, f64::min));
+            format!("{count} {name}{detail}, equal-volume diameter {sizes} m, {thinnest}")
         };
-        kinds.into_iter().map(line).collect()
+        kinds.into_iter().map(|kind| line("shapes", words(kind))).collect()
+    }
+
+    fn describe_obstacle(&self, k: usize) -> Line {
+        let obstacle = &self.obstacle[k];
+        let wall = obstacle.wall();
+        let [low, high] = wall.bounds().map(|end| end.map(rounded));
+        let spans = (0..self.dimension())
+            .map(|axis| format!("{} from {} to {} m", AXES[axis], low[axis], high[axis]));
+        let thickness = Some(wall.thickness()).filter(|thickness| thickness.is_finite());
+        let thin = thickness.map(|thickness| self.thinnest(thickness) + ", ").unwrap_or_default();
+        let moves = match &obstacle.motion {
+            Motion::Prescribed(told) if told.turns() => {
+                let centre = join(wall.centre().iter().map(|x| rounded(*x)), ", ");
+                format!("prescribed motion, turns about ({centre}) m")
+            }
+            Motion::Fixed => "fixed".to_owned(),
+            _ => "prescribed motion".to_owned(),
+        };
+        let words = format!(
+            "{}, walls within {}, {thin}{moves}, of {}",
+            wall.detail(),
+            join(spans, ", "),
+            obstacle.material()
+        );
+        line(self.called(self.particle.len() + k), words)
     }
 }
 
@@ -189,20 +208,6 @@ fn plural(name: &str, count: usize) -> String {
         ("polyhedron", _) => "polyhedra".to_owned(),
         _ => format!("{name}s"),
     }
-}
-
-/// The refusal of a name that no particle, or obstacle, has, where these are known.
-pub(super) fn unnamed<'a>(
-    kind: &str,
-    wanted: &str,
-    known: impl Iterator<Item = &'a str>,
-) -> String {
-    let known: Vec<&str> = known.collect::<BTreeSet<_>>().into_iter().collect();
-    let cure = match &known[..] {
-        [] => format!("give it one, as in name = \"pier\" in its [[{kind}]]"),
-        known => suggest(wanted, known),
-    };
-    format!("no {kind} has the name \"{wanted}\"; {cure}")
 }
 
 impl Motion {
@@ -256,21 +261,9 @@ impl Drive {
             Drive::MeanVelocity(held) => format!(
                 "the gradient of the pressure that holds a mean velocity of {} m/s along {}",
                 held.value,
-                ["x", "y", "z"][held.axis.index()]
+                AXES[held.axis.index()]
             ),
         }
-    }
-}
-
-impl Case {
-    /// The axis along which a periodic box of free bodies accelerates as a whole: gravity acts
-    /// along it, and nothing holds it.
-    pub fn falls_as_a_whole(&self) -> Option<usize> {
-        let free = self.particle.iter().all(Particle::is_free);
-        let heavy = self.particle.iter().any(|p| p.density() != self.fluid.density);
-        let boxed = (0..self.dimension()).all(|axis| self.periodic(axis));
-        let axis = (0..self.dimension()).find(|axis| self.fluid.gravity[*axis] != 0.0)?;
-        (free && heavy && boxed && self.drive.is_none()).then_some(axis)
     }
 }
 
@@ -286,6 +279,27 @@ impl Side {
             Side::Inflow(v) => format!("inflow {v:?} m/s"),
             Side::InflowParabola(v) => format!("parabolic inflow, {v:?} m/s in the middle"),
             Side::InflowProfile(p) => format!("inflow profile of {} points", p.at.len()),
+        }
+    }
+}
+
+impl Cadence {
+    /// How often, in words.
+    pub fn describe(&self) -> String {
+        match self {
+            Cadence::Steps(1) => "every step".to_owned(),
+            Cadence::Steps(n) => format!("every {n} steps"),
+            Cadence::Time(time) => format!("every {} s", number(*time)),
+        }
+    }
+}
+
+impl Checkpoints {
+    /// How often, in words.
+    pub fn describe(&self) -> String {
+        match self {
+            Checkpoints::Steps(n) => format!("every {n} steps"),
+            Checkpoints::WallMinutes(minutes) => format!("every {} minutes", number(*minutes)),
         }
     }
 }

@@ -13,8 +13,8 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::fault::Fault;
 use super::message::reword;
-use super::raw::{Case, MeasureKind, preset};
 use super::reference::choices;
+use super::{Case, MeasureKind, preset};
 use crate::error::Given;
 use crate::{Error, Result};
 

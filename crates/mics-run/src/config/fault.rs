@@ -12,7 +12,7 @@ pub struct Fault {
 pub type Check = Result<(), Fault>;
 
 /// The names of the axes.
-pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+pub const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Returns the refusal of a key with a formatted message unless the condition holds.
 macro_rules! ensure {

@@ -13,33 +13,276 @@
 
 #[macro_use]
 mod fault;
+mod begin;
+mod boundary;
 mod change;
+mod contact;
+mod coupling;
 mod describe;
+mod direction;
 mod document;
+mod drive;
+mod fill;
+mod measure;
+mod measure_kind;
 mod message;
-pub mod raw;
+mod names;
+mod obstacle;
+mod orientation;
+mod output;
+mod particle;
+mod preset;
+mod pressure;
 mod read;
 mod reference;
+mod shape;
+mod source;
 mod speeds;
+mod statistics;
+mod swarm;
+mod time;
+mod validate;
 mod write;
 
-pub use raw::obstacle::Wall;
-pub use raw::shape::solid::{Shape, Solid};
-pub use raw::{
-    Advection, Axis, Cadence, Case, Checkpoints, Contact, Coupling, Damping, Domain, Drive, Enter,
-    FACES, FixedRows, Fluid, ForceRule, History, Initial, Lock, Loss, MOST_SUBSTEPS, MeanVelocity,
-    Measure, MeasureKind, Motion, Obstacle, Orientation, Oscillation, Output, Pair, PairLaw,
-    Particle, Petsc, Prescribed, Preset, Pressure, Probe, Profile, Reference, Region, Removed,
-    Round, Scheme, Section, Side, Solver, Spin, Statistics, Step, Stiffness, Substeps,
-    TangentialDamping, Time, WALL, WallRule, When, Which,
+pub use boundary::{Boundary, Profile, Side};
+pub use contact::{
+    Contact, Damping, Loss, MOST_SUBSTEPS, Pair, PairLaw, Stiffness, Substeps, TangentialDamping,
+    WALL,
 };
-pub use read::{Loaded, load};
+pub use coupling::{Coupling, ForceRule, WallRule};
+pub use describe::Line;
+pub use drive::{Axis, Drive, MeanVelocity};
+pub use fault::{AXES, Check, Fault};
+pub use measure::{Measure, Reference, When, Which};
+pub use measure_kind::MeasureKind;
+pub use message::suggest;
+pub use obstacle::{Heights, Obstacle, Outlines, Surface, Wall};
+pub use orientation::{About, By, Orientation};
+pub use output::{Cadence, Checkpoints, FixedRows, Output, Removed, Section};
+pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Spin};
+pub use preset::Preset;
+pub use pressure::{History, Petsc, Pressure, Solver};
+pub use read::{Loaded, Text, load, written};
 pub use reference::{reference, schema};
+pub use shape::solid::{Shape, Solid};
+pub use shape::{
+    Ball, Clump, Ellipse, Ellipsoid, Like, Listed, Polygon, Polyhedron, Round, Superquadric, Typed,
+};
+pub use speeds::Stream;
+pub use statistics::{Probe, Statistics};
+pub use swarm::{Diameters, Feed, Kind, Orientations, Range, Region, Swarm};
+pub use time::{Advection, Scheme, Step, Time};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// The material of particles that name none.
-pub const DEFAULT_MATERIAL: &str = raw::Particle::DEFAULT_MATERIAL;
+pub const DEFAULT_MATERIAL: &str = Particle::DEFAULT_MATERIAL;
 
-pub use fault::{Check, Fault};
-pub use message::suggest;
-pub use read::Text;
-pub use read::written;
+/// A whole case. One that has been read has all keys filled in and its swarms among its particles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// The case's name; the run folder is `runs/NAME` unless `--out` names another.
+    pub name: String,
+    /// Fills keys that neither the file nor `--set` gives.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
+    /// The box and its grid.
+    pub domain: Domain,
+    /// The carrier fluid.
+    pub fluid: Fluid,
+    /// One condition per face of the box.
+    pub boundary: Boundary,
+    /// Bodies, one by one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub particle: Vec<Particle>,
+    /// Many bodies at once; they become entries of `particle`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub swarm: Vec<Swarm>,
+    /// Walls of any shape in the box.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacle: Vec<Obstacle>,
+    /// The fluid at time 0.
+    #[serde(default)]
+    pub initial: Initial,
+    /// What drives the fluid besides its boundaries; default nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
+    /// How fluid and particles meet.
+    #[serde(default)]
+    pub coupling: Coupling,
+    /// How bodies meet each other and the walls; without it a touch ends the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Contact>,
+    /// Time stepping.
+    pub time: Time,
+    /// The pressure equation and its stopping rule.
+    #[serde(default)]
+    pub pressure: Pressure,
+    /// Raw PETSc options.
+    #[serde(default)]
+    pub petsc: Petsc,
+    /// What `summary.json` reports.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measure: Vec<Measure>,
+    /// Means over time; default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub statistics: Option<Statistics>,
+    /// What is recorded at points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probe: Vec<Probe>,
+    /// What is written, and how often.
+    #[serde(default)]
+    pub output: Output,
+}
+
+/// The names of the faces of the box: face `f` closes axis `f /
+/// 2`, opposite `f ^ 1`.
+pub const FACES: [&str; 6] = ["west", "east", "south", "north", "bottom", "top"];
+
+impl Case {
+    /// 2 or 3: how many numbers `domain.size` has.
+    pub fn dimension(&self) -> usize {
+        self.domain.size.len()
+    }
+
+    /// The faces of the box by name, each with its condition.
+    pub fn sides(&self) -> impl Iterator<Item = (&'static str, &Side)> {
+        let faces = FACES.into_iter().enumerate();
+        faces.filter_map(|(face, name)| Some((name, self.boundary.side(face)?)))
+    }
+
+    /// Whether there is anything in the fluid: a particle, or an obstacle.
+    pub fn has_bodies(&self) -> bool {
+        !self.particle.is_empty() || !self.obstacle.is_empty()
+    }
+
+    /// Whether the sides that close this axis are joined.
+    pub fn periodic(&self, axis: usize) -> bool {
+        self.boundary.side(2 * axis) == Some(&Side::Periodic)
+    }
+
+    /// The spacing of the grid along each axis (m).
+    pub fn spacings(&self) -> Vec<f64> {
+        self.domain.size.iter().zip(&self.domain.cells).map(|(l, n)| l / *n as f64).collect()
+    }
+
+    /// The widest of these (m).
+    pub fn widest_spacing(&self) -> f64 {
+        self.spacings().into_iter().fold(0.0, f64::max)
+    }
+
+    /// The length (m) of each axis whose sides are joined.
+    fn periods(&self) -> Vec<Option<f64>> {
+        let sizes = self.domain.size.iter().enumerate();
+        sizes.map(|(axis, size)| self.periodic(axis).then_some(*size)).collect()
+    }
+
+    /// The speed that coefficients refer to (m/s): that of [`Case::reference_velocity`].
+    pub fn reference_speed(&self) -> Option<f64> {
+        self.reference_velocity().map(|velocity| length(&velocity))
+    }
+
+    /// The stream (m/s): the fastest inflow's velocity; without one, the mean velocity that is
+    /// held; without one, the initial velocity; without one, the fastest moving wall's. `None`
+    /// where all of these rest.
+    pub fn reference_velocity(&self) -> Option<Vec<f64>> {
+        let fastest = |all: &mut dyn Iterator<Item = Vec<f64>>| {
+            // The first of those that are alike.
+            all.filter(|v| length(v) > 0.0)
+                .reduce(|a, b| if length(&b) > length(&a) { b } else { a })
+        };
+        let sides = || self.sides().map(|(_, side)| side);
+        let moving = |s: &Side| if let Side::MovingWall(v) = s { Some(v.clone()) } else { None };
+        let held = self.drive.as_ref().and_then(|drive| {
+            let Drive::MeanVelocity(held) = drive else { return None };
+            let mut mean = vec![0.0; self.dimension()];
+            mean[held.axis.index()] = held.value;
+            Some(mean)
+        });
+        fastest(&mut sides().flat_map(Side::inflow).cloned())
+            .or_else(|| fastest(&mut held.into_iter()))
+            .or_else(|| fastest(&mut [self.initial.velocity.clone()].into_iter()))
+            .or_else(|| fastest(&mut sides().filter_map(moving)))
+    }
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
+}
+
+fn length(v: &[f64]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+/// The box, from the origin to `size`, cut into equal cells.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Domain {
+    /// Edge lengths (m); two numbers make a 2D case, three a 3D one.
+    pub size: Vec<f64>,
+    /// Cells along each edge; at least 6, beside bodies 7, and up to 11 where cells are longer than
+    /// wide.
+    pub cells: Vec<usize>,
+}
+
+/// The carrier fluid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fluid {
+    /// Density (kg/m3), positive.
+    pub density: f64,
+    /// Dynamic viscosity (Pa s), zero (inviscid) or positive.
+    pub viscosity: f64,
+    /// Gravity (m/s2), a number for each axis; default none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gravity: Vec<f64>,
+}
+
+impl Fluid {
+    /// Kinematic viscosity (m2/s).
+    pub fn kinematic_viscosity(&self) -> f64 {
+        self.viscosity / self.density
+    }
+
+    /// Size of gravity (m/s2).
+    pub fn weight(&self) -> f64 {
+        length(&self.gravity)
+    }
+}
+
+/// The fluid at time 0.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Initial {
+    /// The folder of a run that has ended: its bodies come first, before the case's own, and its
+    /// flow goes on. On the same grid with the same bodies and walls contacts and pressure go on
+    /// too; otherwise the velocity is interpolated. Boundaries, drive, materials and fluid are
+    /// those of this case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Whether this file lists the bodies of that run already, as the case.toml of a run does;
+    /// default no.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub listed: bool,
+    /// How many particles that run has brought along.
+    #[serde(skip)]
+    pub inherited: usize,
+    /// Uniform velocity (m/s); default the inflow's, of a profile that of its middle, or rest.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocity: Vec<f64>,
+    /// Largest speed V (m/s) of an added Taylor-Green vortex (1937) in a periodic box, default
+    /// none: `u = V sin X cos Y cos Z, v = -V (Ly/Lx) cos X sin Y cos Z`, X = 2 pi x/Lx, without Z
+    /// in 2D.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub taylor_green: Option<f64>,
+    /// Couette flow along this axis, added: linear from the velocity of its low wall to that of its
+    /// high one, where one of them moves at least. Default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub couette: Option<Axis>,
+    /// Amplitude (m/s) of a reproducible random disturbance of every cell, which breaks the
+    /// symmetry of a wake.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub perturbation: f64,
+}

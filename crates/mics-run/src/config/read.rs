@@ -6,12 +6,14 @@ use std::str::FromStr;
 
 use serde::de::DeserializeOwned;
 
+use super::begin::begin;
+use super::contact::pairs;
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
-use super::raw::{
-    Case, Particle, begin, build_obstacles, build_shapes, expand, measures, name_particles,
-    off_walls, pairs, validate,
-};
+use super::obstacle::off_walls;
+use super::swarm::expand;
+use super::validate::{measures, name_particles, validate};
+use super::{Case, Particle, obstacle, shape};
 use crate::error::Given;
 use crate::{Error, Result};
 
@@ -106,20 +108,20 @@ fn checked(
     path: &Path,
     overrides: &[String],
 ) -> Result<(Case, Vec<String>), Fault> {
-    let mut raw = document.to_case()?;
+    let mut case = document.to_case()?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut said = build_shapes(&mut raw, folder)?;
-    validate(&raw)?;
-    said.extend(build_obstacles(&mut raw, folder)?);
-    begin(&mut raw, folder, read_bodies)?;
-    expand(&mut raw, folder, read_bodies)?;
-    off_walls(&raw)?;
-    name_particles(&mut raw)?;
-    pairs(&raw)?;
-    measures(&raw)?;
-    drop_references(&mut raw, overrides);
-    raw.fill()?;
-    Ok((raw, said))
+    let mut said = shape::build(&mut case, folder)?;
+    validate(&case)?;
+    said.extend(obstacle::build(&mut case, folder)?);
+    begin(&mut case, folder, read_bodies)?;
+    expand(&mut case, folder, read_bodies)?;
+    off_walls(&case)?;
+    name_particles(&mut case)?;
+    pairs(&case)?;
+    measures(&case)?;
+    drop_references(&mut case, overrides);
+    case.fill()?;
+    Ok((case, said))
 }
 
 /// The case that a run wrote out, from its text.

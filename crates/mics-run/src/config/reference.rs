@@ -3,7 +3,7 @@
 //! A section for each table of a case in the schema's order, with a row a key; after it the types
 //! that its keys name, each where it is met first.
 
-use super::raw::Case;
+use super::Case;
 use serde_json::{Map, Value};
 use std::collections::HashSet;
 

@@ -11,7 +11,31 @@
 
 use super::{Case, Drive, Side};
 
+/// The stream that a case tells, and the length that its Reynolds number goes by.
+pub struct Stream {
+    /// Its speed (m/s).
+    pub speed: f64,
+    /// The largest diameter, or without particles the height of the box (m).
+    pub length: f64,
+    /// Which of the two, in words.
+    pub of: &'static str,
+    /// Reynolds number of both.
+    pub reynolds: f64,
+}
+
 impl Case {
+    /// The stream in a fluid with viscosity; `None` where nothing but bodies moves.
+    pub fn stream(&self) -> Option<Stream> {
+        let nu = self.fluid.kinematic_viscosity();
+        let speed = self.reference_speed().filter(|_| nu > 0.0)?;
+        let largest = self.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
+        let stream = |length: f64, of| Stream { speed, length, of, reynolds: speed * length / nu };
+        Some(match largest > 0.0 {
+            true => stream(largest, "largest diameter"),
+            false => stream(self.domain.size[1], "height"),
+        })
+    }
+
     /// The force per volume (N/m3) that drives the fluid, given or of gravity along a slope; `None`
     /// where there is no such drive.
     fn driving_force(&self) -> Option<f64> {

@@ -1,8 +1,8 @@
 //! A case written out as a file that gives every key, for the run's folder; it reads back to an
 //! equal case.
 
-use super::raw::shape::solid::Solid;
-use super::raw::{Case, Like, Obstacle, Particle, Typed, Which};
+use super::shape::solid::Solid;
+use super::{Case, Like, Obstacle, Particle, Typed, Which};
 use serde::Serialize;
 
 impl Case {

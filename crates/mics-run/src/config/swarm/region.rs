@@ -1,0 +1,66 @@
+//! A part of the box in which bodies are put down.
+
+use super::placement;
+use crate::config::Case;
+use crate::config::fault::{AXES, Check, short, vector};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A part of the box, its edges along the axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    /// Its lowest corner (m).
+    pub min: Vec<f64>,
+    /// Its highest corner (m).
+    pub max: Vec<f64>,
+}
+
+impl Region {
+    /// Checks this `region` of the table `table`, which has to have room for a body of this
+    /// diameter (m) with this gap (m) around it.
+    pub(in crate::config) fn check(
+        &self,
+        case: &Case,
+        table: &str,
+        diameter: f64,
+        gap: f64,
+    ) -> Check {
+        let key = |rest: &str| format!("{table}.region{rest}");
+        vector(&key(".min"), &self.min, case.dimension(), "m")?;
+        vector(&key(".max"), &self.max, case.dimension(), "m")?;
+        for (axis, &size) in case.domain.size.iter().enumerate() {
+            let low = self.min[axis];
+            let high = self.max[axis];
+            let x = AXES[axis];
+            for (end, at) in [("min", low), ("max", high)] {
+                let holds = (0.0..=size).contains(&at);
+                let key = key(&format!(".{end}.{axis}"));
+                ensure!(
+                    holds,
+                    key,
+                    "{x} = {at:?} m is outside the domain: choose 0 <= {x} <= {size:?} m"
+                );
+            }
+            let room = placement::room(case, self, gap, axis, diameter);
+            let width = short(high - low);
+            let message = format!(
+                "{width} m along {x} have no room for a diameter of {diameter:?} m with a gap of \
+                {gap:?} m"
+            );
+            ensure!(room.is_some(), key(""), "{message}: widen it, or choose smaller ones");
+        }
+        Ok(())
+    }
+
+    /// Where the centre of a body of this diameter (m) may lie in it, by axis: from, and how far
+    /// (m); `None` without room.
+    pub(in crate::config) fn room(
+        &self,
+        case: &Case,
+        gap: f64,
+        diameter: f64,
+    ) -> Option<Vec<(f64, f64)>> {
+        (0..case.dimension()).map(|axis| placement::room(case, self, gap, axis, diameter)).collect()
+    }
+}

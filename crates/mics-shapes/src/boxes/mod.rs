@@ -1,0 +1,88 @@
+//! What bodies fill of the boxes of a lattice: the cells of a grid, or its faces with the halves of
+//! the cells beside them.
+//!
+//! ```text
+//!   planes of an axis    p_0   p_1   p_2   ...
+//!              box (i, j, k) from p_i to p_(i+1) along x, and so on
+//! ```
+
+pub(crate) mod ball;
+pub(crate) mod circle;
+pub(crate) mod octant;
+pub(crate) mod rim;
+pub(crate) mod round;
+pub(crate) mod rows;
+pub(crate) mod stretched;
+
+use nalgebra::{Rotation3, Vector3};
+
+/// A lattice of boxes, and how a body lies in it, the body's centre at its origin.
+#[derive(Clone, Copy, Debug)]
+pub struct Lattice<'a> {
+    /// How much larger than its geometry the body is.
+    pub factor: f64,
+    /// What brings the body's own axes into those of the lattice.
+    pub turn: Rotation3<f64>,
+    /// The planes between the boxes along each axis, ascending (m); two alike along z in 2D.
+    pub planes: &'a [Vec<f64>; 3],
+    /// The axis of the faces in whose middles the boxes lie, where moments and levers are asked
+    /// for.
+    pub faces: Option<usize>,
+}
+
+impl Lattice<'_> {
+    /// Where a point of the body's geometry (m) is (m).
+    pub(crate) fn place(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.factor * (self.turn * point)
+    }
+
+    /// The middle of a box and its half edges in the axes of the body's geometry (m).
+    pub(crate) fn own_box(&self, at: [usize; 3]) -> (Vector3<f64>, [Vector3<f64>; 3]) {
+        let end = |a: usize, n: usize| self.planes[a][at[a] + n];
+        let own = |x: Vector3<f64>| self.turn.inverse_transform_vector(&x) / self.factor;
+        let middle = own(Vector3::from_fn(|a, _| 0.5 * (end(a, 0) + end(a, 1))));
+        (middle, [0, 1, 2].map(|a| own(Vector3::ith(a, 0.5 * (end(a, 1) - end(a, 0))))))
+    }
+}
+
+/// What a body fills of a box of a lattice.
+#[derive(Clone, Copy, Debug)]
+pub struct Tile {
+    /// Number of the box along each axis.
+    pub at: [usize; 3],
+    /// Part of its volume.
+    pub part: f64,
+    /// The box's middle, from the body's centre (m).
+    pub middle: Vector3<f64>,
+    /// Its half edges (m; zero along z in 2D).
+    pub half: Vector3<f64>,
+    /// First moment of that part about the body's centre, along the axes of the lattice, per volume
+    /// of the box (m); of round bodies where faces are asked for.
+    pub moment: Vector3<f64>,
+    /// The lever of the face in its middle (m), where faces are asked for: where a turning body
+    /// carries fluid through it, its flux is `(spin x lever).n` per area of the face. That of round
+    /// bodies is of the section in the face's own plane, and else the moment.
+    pub lever: Vector3<f64>,
+}
+
+impl Tile {
+    /// A box between these planes (m), with its part and moment (m).
+    pub(crate) fn new(
+        planes: &[Vec<f64>; 3],
+        at: [usize; 3],
+        part: f64,
+        moment: Vector3<f64>,
+    ) -> Tile {
+        let end = |n: usize| Vector3::from_fn(|a, _| planes[a][at[a] + n]);
+        let low = end(0);
+        let high = end(1);
+        Tile {
+            at,
+            part,
+            middle: 0.5 * (low + high),
+            half: 0.5 * (high - low),
+            moment,
+            lever: moment,
+        }
+    }
+}
