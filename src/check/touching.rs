@@ -81,7 +81,7 @@ fn weight(case: &Case, body: &Body) -> Vector3<f64> {
 /// The accelerations of bodies by their weight.
 fn pulls(case: &Case, contacts: &Contacts, bodies: &[Body]) -> Vec<Accelerations> {
     let pull = |body: &Body| Accelerations {
-        acceleration: weight(case, body) / contacts.mass_in_contact(body),
+        acceleration: weight(case, body) / contacts.setup().mass_in_contact(body),
         angular: Vector3::zeros(),
     };
     bodies.iter().map(pull).collect()

@@ -16,8 +16,7 @@
 
 use super::Impulse;
 use super::pair::Pair;
-use crate::particles::Body;
-use nalgebra::Vector3;
+use crate::particles::{Body, RigidVelocity};
 
 /// The least response to impulses that is assumed without a solve, of the one that substeps expect.
 const LEAST_RESPONSE: f64 = 0.25;
@@ -39,8 +38,8 @@ pub(super) struct ClusterBody {
     parent: usize,
     /// The impulses of touch on it.
     pub(super) touch: Impulse,
-    /// Its velocity and spin without those, where they are known (m/s, rad/s).
-    pub(super) without: Option<[Vector3<f64>; 2]>,
+    /// Its velocity without those, where it is known.
+    pub(super) without: Option<RigidVelocity>,
     /// Whether one of its contacts parts.
     pub(super) parts: bool,
 }

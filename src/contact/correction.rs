@@ -33,6 +33,7 @@ use super::law::Kinematics;
 use super::meeting::Layout;
 use super::pair::Pair;
 use super::response::InverseMass;
+use crate::particles::RigidVelocity;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
@@ -95,7 +96,7 @@ impl Constraint {
         &mut self,
         pair: &Pair,
         states: &[ContactBody],
-        residuals: &[[Vector3<f64>; 2]],
+        residuals: &[RigidVelocity],
         corrections: &mut [Impulse],
     ) -> f64 {
         let n = self.normal;
@@ -121,14 +122,14 @@ impl Constraint {
         &self,
         pair: &Pair,
         states: &[ContactBody],
-        residuals: &[[Vector3<f64>; 2]],
+        residuals: &[RigidVelocity],
         corrections: &[Impulse],
     ) -> (f64, Vector3<f64>) {
         let of = |k: usize| {
             let Some(given) = corrections.get(k) else { return [Vector3::zeros(); 2] };
             let InverseMass { mass, inertia, .. } = &states[k].response;
-            let [moved, turned] = &residuals[k];
-            [moved + mass.component_mul(&given.linear), turned + inertia.of(&given.angular)]
+            let RigidVelocity { velocity, spin } = &residuals[k];
+            [velocity + mass.component_mul(&given.linear), spin + inertia.of(&given.angular)]
         };
         let [[one, spun], [other, its]] = [pair.first, pair.second].map(of);
         let n = self.normal;

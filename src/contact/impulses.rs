@@ -11,7 +11,7 @@ use super::outcome::Outcome;
 use super::pair::Pair;
 use super::pairs::Pairs;
 use super::setup::Setup;
-use crate::particles::Body;
+use crate::particles::{Body, RigidVelocity};
 use nalgebra::Vector3;
 
 /// Most sweeps over the pairs.
@@ -36,7 +36,7 @@ impl Impulses<'_> {
     pub(crate) fn find_clusters(
         &mut self,
         bodies: &[Body],
-        expected: impl Fn(usize) -> [Vector3<f64>; 2],
+        expected: impl Fn(usize) -> RigidVelocity,
     ) -> bool {
         let Impulses { setup, pairs, states, clusters, .. } = self;
         let touching = || pairs.list.iter().filter(|pair| pair.touched());
@@ -66,7 +66,7 @@ impl Impulses<'_> {
     /// Finds the clusters that part though the substeps did not expect it, by the velocities with
     /// the corrected impulses, which the bodies now have; whether there are any.
     pub(crate) fn find_late_parting(&mut self, bodies: &[Body]) -> bool {
-        self.find_works(bodies, moving(bodies), |work, joule| work.with = joule);
+        self.find_works(bodies, |body, _| moving(body), |work, joule| work.with = joule);
         let late = |work: &Work| !work.parts && work.may_exceed();
         let any = self.clusters.works.iter().any(late);
         if any {
@@ -87,15 +87,15 @@ impl Impulses<'_> {
         for (k, body) in bodies.iter().enumerate() {
             let parts = self.clusters.of(k).parts;
             let known = &mut self.clusters.bodies[k].without;
-            *known = known.or(parts.then_some([body.velocity, body.spin]));
+            *known = known.or(parts.then_some(moving(body)));
         }
-        self.find_works(bodies, moving(bodies), |work, joule| work.without = joule);
+        self.find_works(bodies, |body, _| moving(body), |work, joule| work.without = joule);
     }
 
     /// Finds the response of the clusters that part, whose bodies now have the velocities with the
     /// impulses by the substeps.
     pub(crate) fn find_response(&mut self, bodies: &[Body]) {
-        self.find_works(bodies, moving(bodies), |work, joule| work.with = joule);
+        self.find_works(bodies, |body, _| moving(body), |work, joule| work.with = joule);
         self.clusters.works.iter_mut().filter(|work| work.parts).for_each(Work::find_response);
     }
 
@@ -104,7 +104,7 @@ impl Impulses<'_> {
     pub(crate) fn correct(
         &mut self,
         bodies: &[Body],
-        residuals: &[[Vector3<f64>; 2]],
+        residuals: &[RigidVelocity],
         corrections: &mut [Impulse],
         dt: f64,
     ) {
@@ -156,8 +156,8 @@ impl Impulses<'_> {
     /// Bounds the work of the clusters that part, whose bodies now have the velocities with all
     /// impulses, corrected. Returns how much energy that takes (J): none where all keep the bound.
     pub(crate) fn bound_work(&mut self, bodies: &[Body]) -> f64 {
-        self.find_works(bodies, moving(bodies), |work, joule| work.with = joule);
-        let without = |_: usize, body: &ClusterBody| body.without.unwrap_or_default();
+        self.find_works(bodies, |body, _| moving(body), |work, joule| work.with = joule);
+        let without = |_: &Body, body: &ClusterBody| body.without.unwrap_or_default();
         self.find_works(bodies, without, |work, joule| work.without = joule);
         let parting = self.clusters.works.iter_mut().filter(|work| work.parts);
         parting.fold(0.0, |taken, work| taken + work.bound())
@@ -190,7 +190,7 @@ impl Impulses<'_> {
     fn find_works(
         &mut self,
         bodies: &[Body],
-        motion: impl Fn(usize, &ClusterBody) -> [Vector3<f64>; 2],
+        motion: impl Fn(&Body, &ClusterBody) -> RigidVelocity,
         take: impl Fn(&mut Work, f64),
     ) {
         let Impulses { setup, pairs, clusters, .. } = self;
@@ -198,8 +198,8 @@ impl Impulses<'_> {
         for pair in pairs.list.iter().filter(|pair| pair.touched()) {
             let first = clusters.of_pair(pair, bodies);
             let work = work_of(setup, pair, &|k| match bodies[k].freedom() {
-                Some(_) => motion(k, &clusters.bodies[k]),
-                None => [bodies[k].velocity, bodies[k].spin],
+                Some(_) => motion(&bodies[k], &clusters.bodies[k]),
+                None => moving(&bodies[k]),
             });
             clusters.works[first].sum += work;
         }
@@ -213,20 +213,20 @@ impl Impulses<'_> {
     }
 }
 
-/// The velocities and spins that bodies have.
-fn moving(bodies: &[Body]) -> impl Fn(usize, &ClusterBody) -> [Vector3<f64>; 2] {
-    |k, _| [bodies[k].velocity, bodies[k].spin]
+/// The velocity that a body has.
+fn moving(body: &Body) -> RigidVelocity {
+    RigidVelocity { velocity: body.velocity, spin: body.spin }
 }
 
 /// Work of a pair's impulses at given velocities and spins (J).
-fn work_of(setup: &Setup, pair: &Pair, motion: &impl Fn(usize) -> [Vector3<f64>; 2]) -> f64 {
-    let [velocity, spin] = motion(pair.first);
-    let [other, its] = match setup.wall(pair) {
+fn work_of(setup: &Setup, pair: &Pair, motion: &impl Fn(usize) -> RigidVelocity) -> f64 {
+    let own = motion(pair.first);
+    let its = match setup.wall(pair) {
         None => motion(pair.second),
-        Some(wall) => [wall.sliding(), Vector3::zeros()],
+        Some(wall) => RigidVelocity { velocity: wall.sliding(), spin: Vector3::zeros() },
     };
     let PairImpulse { linear, turns: [turn, its_turn] } = &pair.sums.impulse;
-    linear.dot(&(velocity - other)) + turn.dot(&spin) + its_turn.dot(&its)
+    linear.dot(&(own.velocity - its.velocity)) + turn.dot(&own.spin) + its_turn.dot(&its.spin)
 }
 
 /// `P.M^-1 P` of the linear impulse of a pair (J), as the substeps expect the response.

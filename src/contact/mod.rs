@@ -59,7 +59,7 @@ mod wall;
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::particles::{Accelerations, Body, Inertia};
+use crate::particles::{Accelerations, Body, Inertia, RigidVelocity};
 use body::ContactBody;
 use cluster::Clusters;
 use correction::Constraint;
@@ -71,7 +71,7 @@ use meeting::Layout;
 use nalgebra::Vector3;
 pub use outcome::{BodyOutcome, Outcome};
 use pairs::Pairs;
-use setup::Setup;
+pub use setup::Setup;
 pub use stiffness::Impact;
 pub use wall::{Wall, WallSide};
 
@@ -185,10 +185,9 @@ impl Contacts {
         Touching { springs: Vec::with_capacity(self.pairs.list.capacity()) }
     }
 
-    /// Effective mass of a body in contact (kg): its own, and a part of its added mass that grows
-    /// with its density.
-    pub fn mass_in_contact(&self, body: &Body) -> f64 {
-        self.setup.mass(body)
+    /// What never changes: walls, laws, materials and the fluid in the gaps.
+    pub fn setup(&self) -> &Setup {
+        &self.setup
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `accelerations` and contacts, prescribed
@@ -209,7 +208,7 @@ impl Contacts {
         let Contacts { setup, pairs, states, clusters, forces, outcome, .. } = self;
         setup.refuse_strays(bodies)?;
         for (k, (state, body)) in states.iter_mut().zip(&*bodies).enumerate() {
-            state.begin(body, &accelerations[k], setup.mass(body), &turning(k, body));
+            state.begin(body, &accelerations[k], setup.mass_in_contact(body), &turning(k, body));
         }
         pairs.recall(setup, states, bodies, touching);
         clusters.clear();
@@ -274,7 +273,7 @@ impl Contacts {
     /// contacts parts and it is known.
     pub(crate) fn velocity_without(&self, k: usize) -> Option<Vector3<f64>> {
         let body = &self.clusters.bodies[k];
-        body.without.filter(|_| body.parts).map(|[velocity, _]| velocity)
+        body.without.filter(|_| body.parts).map(|without| without.velocity)
     }
 
     /// Work of all contacts on a body over the last step (J), which now has the velocity at its
@@ -295,10 +294,10 @@ impl Contacts {
         way: &Vector3<f64>,
         dt: f64,
     ) -> Option<f64> {
-        let [velocity, spin] = self.clusters.bodies[k].without?;
+        let RigidVelocity { velocity, spin } = self.clusters.bodies[k].without?;
         let Impulse { linear, angular } = self.outcome.impulse(k);
         let bent = way / dt - 0.5 * (start + velocity);
-        let early = self.mass_in_contact(body) * bent.dot(&(velocity - start));
+        let early = self.setup.mass_in_contact(body) * bent.dot(&(velocity - start));
         let turned = angular.dot(&(spin + body.spin));
         Some(0.5 * (linear.dot(&(velocity + body.velocity)) + turned) - early)
     }
@@ -308,7 +307,7 @@ impl Contacts {
         let Contacts { setup, pairs, states, .. } = self;
         let still = Accelerations::default();
         for (state, body) in states.iter_mut().zip(bodies) {
-            state.begin(body, &still, setup.mass(body), &body.inertia());
+            state.begin(body, &still, setup.mass_in_contact(body), &body.inertia());
         }
         pairs.search(setup, states, bodies, 0.0, false);
     }
@@ -329,20 +328,6 @@ impl Contacts {
             let overlap = meeting.overlap + meeting.normal.dot(&displaced);
             sum + layout.law(pair).stored(overlap)
         })
-    }
-
-    /// Shortest duration (s) of a contact that could happen, undamped and at an impact of `speed`
-    /// (m/s), which counts where the exponent is not 1; infinite where none could.
-    pub fn contact_time(&self, bodies: &[Body], speed: f64) -> f64 {
-        self.setup.contact_time(bodies, speed)
-    }
-
-    /// Refuses what no run of this case has left.
-    ///
-    /// # Errors
-    /// When a number belongs to no body or wall, or an image to no period.
-    pub fn check(&self, touching: &Touching) -> Result<()> {
-        self.setup.check(touching)
     }
 
     /// The bodies as they lie now.

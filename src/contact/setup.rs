@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 /// The setup of the contacts of a run.
 #[derive(Clone, Debug)]
-pub(super) struct Setup {
+pub struct Setup {
     /// What messages call the bodies.
     pub(super) names: Vec<String>,
     /// The materials of the bodies.
@@ -34,7 +34,7 @@ pub(super) struct Setup {
 impl Setup {
     /// Effective mass of a body in contact (kg): its own, and a part of its added mass that grows
     /// with its density.
-    pub(super) fn mass(&self, body: &Body) -> f64 {
+    pub fn mass_in_contact(&self, body: &Body) -> f64 {
         let added = body.added_mass(self.medium.density);
         let displaced = self.medium.density * body.volume();
         let ratio = if displaced > 0.0 { body.mass() / displaced } else { f64::INFINITY };
@@ -119,8 +119,11 @@ impl Setup {
         Ok(())
     }
 
-    /// Refuses the springs of another case: see [`super::Contacts::check`].
-    pub(super) fn check(&self, touching: &Touching) -> Result<()> {
+    /// Refuses what no run of this case has left.
+    ///
+    /// # Errors
+    /// When a number belongs to no body or wall, or an image to no period.
+    pub fn check(&self, touching: &Touching) -> Result<()> {
         let bodies = self.materials.len();
         for &(first, second, Springs { image, .. }) in &touching.springs {
             let imaged =
@@ -137,8 +140,9 @@ impl Setup {
         Ok(())
     }
 
-    /// Shortest duration (s) of a contact: see [`super::Contacts::contact_time`].
-    pub(super) fn contact_time(&self, bodies: &[Body], speed: f64) -> f64 {
+    /// Shortest duration (s) of a contact that could happen, undamped and at an impact of `speed`
+    /// (m/s), which counts where the exponent is not 1; infinite where none could.
+    pub fn contact_time(&self, bodies: &[Body], speed: f64) -> f64 {
         // Per material, the lightest free body and the number of bodies.
         let mut lightest = vec![(f64::INFINITY, 0); self.laws.materials()];
         for (body, &material) in bodies.iter().zip(&self.materials) {
@@ -166,7 +170,7 @@ impl Setup {
 
     /// Least mass of a body that a contact may stop (kg), at its rim where it is not round.
     fn mass_at_rim(&self, body: &Body) -> f64 {
-        let whole = self.mass(body);
+        let whole = self.mass_in_contact(body);
         let turns_away = Form::of(body) != Form::Round;
         let Some(freedom) = body.freedom().filter(|_| turns_away) else { return whole };
         let turns = body.inertia().inverse(&freedom).diagonal().max() * body.radius().powi(2);

@@ -250,7 +250,7 @@ fn contact_duration_matches_theory() {
         [0.01, 0.02].map(|r| body(Shape::Sphere, r, vector![0.1, 0.1, 0.1], Vector3::zeros()));
     let time = |axes: &[usize], bodies: &[Body]| {
         let found = contacts(bodies, hertz, [0.2; 3], axes, Substeps::Auto);
-        found.contact_time(bodies, 0.5)
+        found.setup().contact_time(bodies, 0.5)
     };
     assert!(
         (time(&[0], &spheres[..1]) / theory - 1.0).abs() < 1e-4,

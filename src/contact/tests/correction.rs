@@ -1,6 +1,7 @@
 //! The correction of contact impulses, and the bound on their work.
 
 use super::*;
+use crate::particles::RigidVelocity;
 use nalgebra::{DMatrix, DVector};
 
 /// Steps (s): one in which nothing moves far, and one in which a contact ends.
@@ -36,7 +37,9 @@ fn corrected(
     let pull = Accelerations { acceleration: 2.0 * along, ..Accelerations::default() };
     contacts.advance(&mut bodies, &[pull, Accelerations::default()], dt).unwrap();
     let pressed = contacts.outcome().impulse(0).linear.norm();
-    let residuals = [[off[0] * along + off[1] * across, Vector3::zeros()], Default::default()];
+    let off = off[0] * along + off[1] * across;
+    let residuals =
+        [RigidVelocity { velocity: off, spin: Vector3::zeros() }, RigidVelocity::default()];
     let mut given = [Impulse::default(); 2];
     let mut impulses = contacts.law.impulses();
     impulses.correct(&bodies, &residuals, &mut given, dt);
@@ -49,7 +52,7 @@ fn corrected(
     let [(one, spun), (other, its)] = moved(&impulses, &bodies, &given);
     let overlap = 0.016 - arm.norm();
     let arms = [0.01 - 0.5 * overlap, 0.006 - 0.5 * overlap];
-    let apart = residuals[0][0] + one - other;
+    let apart = residuals[0].velocity + one - other;
     let slip = apart + (arms[0] * spun + arms[1] * its).cross(&along);
     (
         [apart.dot(&along), slip.dot(&across)],
@@ -172,7 +175,8 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
     const DENSITY: f64 = 1000.0;
     let before: Vec<Body> = bodies.to_vec();
     law.advance(bodies, &vec![Accelerations::default(); bodies.len()], dt).unwrap();
-    let expected: Vec<_> = bodies.iter().map(|body| (body.velocity, body.spin)).collect();
+    let motion = |body: &Body| RigidVelocity { velocity: body.velocity, spin: body.spin };
+    let expected: Vec<RigidVelocity> = bodies.iter().map(motion).collect();
     let response = Response::new(bodies, DENSITY, factor);
     for (body, before) in bodies.iter_mut().zip(&before) {
         (body.velocity, body.spin) = (before.velocity, before.spin);
@@ -180,15 +184,15 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
     let without = response.energy(bodies);
     let given: Vec<_> = (0..bodies.len()).map(|k| law.outcome().impulse(k)).collect();
     let mut impulses = law.law.impulses();
-    let parts = impulses.find_clusters(bodies, |k| [expected[k].0, expected[k].1]);
+    let parts = impulses.find_clusters(bodies, |k| expected[k]);
     if parts {
         impulses.note_without(bodies);
     }
     response.apply(bodies, &given);
     impulses.find_response(bodies);
-    let residual = |(body, (velocity, spin)): (&Body, &(Vector3<f64>, Vector3<f64>))| {
-        let turned = if body.is_round() { Vector3::zeros() } else { body.spin - spin };
-        [body.velocity - velocity, turned]
+    let residual = |(body, expected): (&Body, &RigidVelocity)| {
+        let turned = if body.is_round() { Vector3::zeros() } else { body.spin - expected.spin };
+        RigidVelocity { velocity: body.velocity - expected.velocity, spin: turned }
     };
     let residuals: Vec<_> = bodies.iter().zip(&expected).map(residual).collect();
     let mut given = vec![Impulse::default(); bodies.len()];

@@ -193,7 +193,10 @@ fn block_below_friction_angle_sticks() {
     restarted.advance(&mut again, &down, 2.5e-3).unwrap();
     assert_eq!(one[0].centre, again[0].centre);
     let foreign = Touching { springs: vec![(0, 3, Default::default())] };
-    assert!(restarted.check(&wall.touching).is_ok() && restarted.check(&foreign).is_err());
+    assert!(
+        restarted.setup().check(&wall.touching).is_ok()
+            && restarted.setup().check(&foreign).is_err()
+    );
     // Lifted, it forgets.
     one[0].velocity.y = 1.0;
     wall.advance(&mut one, &down, 2.5e-3).unwrap();

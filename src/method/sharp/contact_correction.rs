@@ -25,7 +25,7 @@ const RESPONSE_DIGITS: f64 = 0.5;
 
 /// Scratch, per body.
 pub struct Work {
-    residuals: Vec<[Vector3<f64>; 2]>,
+    residuals: Vec<RigidVelocity>,
     corrections: Vec<Impulse>,
     followed: Vec<f64>,
 }
@@ -34,7 +34,7 @@ impl Work {
     /// That of so many bodies.
     pub fn new(n: usize) -> Work {
         Work {
-            residuals: vec![[Vector3::zeros(); 2]; n],
+            residuals: vec![RigidVelocity::default(); n],
             corrections: vec![Impulse::default(); n],
             followed: vec![0.0; n],
         }
@@ -53,8 +53,7 @@ pub fn solve<const D: usize>(
 ) -> Result<(Projected, f64)> {
     let mut done = Projected::default();
     let motions = step.motions();
-    let expected = |k: usize| [motions[k].expected.velocity, motions[k].expected.spin];
-    let parts = impulses.find_clusters(step.bodies(), expected);
+    let parts = impulses.find_clusters(step.bodies(), |k| motions[k].expected);
     if parts {
         done.add(find_without(impulses, step, work)?);
     }
@@ -96,7 +95,8 @@ fn correct<const D: usize>(impulses: &mut Impulses, step: &mut PressureStep<D>, 
     for ((residual, body), motion) in residuals.iter_mut().zip(step.bodies()).zip(step.motions()) {
         let RigidVelocity { velocity, spin } = motion.expected;
         let turned = if body.is_round() { Vector3::zeros() } else { body.spin - spin };
-        let free = body.freedom().map(|_| [body.velocity - velocity, turned]);
+        let moved = RigidVelocity { velocity: body.velocity - velocity, spin: turned };
+        let free = body.freedom().map(|_| moved);
         *residual = free.unwrap_or_default();
     }
     impulses.correct(step.bodies(), residuals, corrections, step.dt());

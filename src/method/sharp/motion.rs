@@ -245,7 +245,8 @@ impl<const D: usize> Sharp<D> {
             // An impact ends with the step, and the fluid's response to it does not last.
             let without = contacts.and_then(|contacts| contacts.velocity_without(k));
             let without = without.unwrap_or_else(|| {
-                let mass = contacts.map_or(body.mass(), |contacts| contacts.mass_in_contact(body));
+                let mass =
+                    contacts.map_or(body.mass(), |contacts| contacts.setup().mass_in_contact(body));
                 body.velocity - impulse.linear / mass
             });
             // Nor does what the spin changes by as the angular momentum turns along: bodies do that

@@ -94,7 +94,7 @@ fn sphere_rolls_on_across_periodic_side() {
     for _ in 0..600 {
         wall.advance(&mut on_wall, &[accelerations(1.0, -G)], 1e-3).unwrap();
         obstacle.advance(&mut on_bed, &[accelerations(1.0, -G); 2], 1e-3).unwrap();
-        obstacle.check(&obstacle.touching).unwrap();
+        obstacle.setup().check(&obstacle.touching).unwrap();
     }
     let off = on_bed[0].path() - BED * Vector3::y() - on_wall[0].path();
     println!("{:e} m apart at x = {:.3} m", off.norm(), on_wall[0].path().x);
