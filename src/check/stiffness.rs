@@ -29,7 +29,7 @@ pub(super) fn shortest<const D: usize>(scene: &Scene<D>) -> Option<f64> {
     scene
         .method
         .contacts()
-        .map(|contacts| contacts.contact_time(bodies, fall))
+        .map(|contacts| contacts.setup().contact_time(bodies, fall))
         .filter(|time| time.is_finite())
 }
 

@@ -49,12 +49,12 @@ impl Touching {
         let pulls = pulls(case, &contacts, &bodies);
         let mut springs = contacts.untouched();
         let started = Instant::now();
-        let taken = contacts.advance(&mut bodies, &mut springs, &pulls, |_, b| b.inertia(), part);
-        let substeps = taken.ok()? as f64 * dt / part;
+        let turning = |_: usize, body: &Body| body.inertia();
+        let outcome = contacts.advance(&mut bodies, &mut springs, &pulls, turning, part).ok()?;
+        let substeps = outcome.substeps as f64 * dt / part;
         let seconds = started.elapsed().as_secs_f64() * dt / part;
-        let touched = bodies.iter().zip(contacts.touched());
-        let touching = touched.filter(|(body, touched)| body.freedom().is_some() && **touched);
-        let touching = touching.count();
+        let touched = bodies.iter().zip(&outcome.bodies).filter(|(_, contacts)| contacts.touched);
+        let touching = touched.filter(|(body, _)| body.freedom().is_some()).count();
         (touching > 0 && substeps > 0.0).then_some(Touching { touching, free, substeps, seconds })
     }
 
@@ -81,7 +81,7 @@ fn weight(case: &Case, body: &Body) -> Vector3<f64> {
 /// The accelerations of bodies by their weight.
 fn pulls(case: &Case, contacts: &Contacts, bodies: &[Body]) -> Vec<Accelerations> {
     let pull = |body: &Body| Accelerations {
-        acceleration: weight(case, body) / contacts.mass_in_contact(body),
+        acceleration: weight(case, body) / contacts.setup().mass_in_contact(body),
         angular: Vector3::zeros(),
     };
     bodies.iter().map(pull).collect()

@@ -80,7 +80,17 @@ impl Laws {
 
     /// The law between materials `a` and `b`.
     pub(super) fn of(&self, a: usize, b: usize) -> &Law {
-        &self.table[a * self.materials + b]
+        self.at(self.place(a, b))
+    }
+
+    /// The place of the law between materials `a` and `b`.
+    pub(super) fn place(&self, a: usize, b: usize) -> usize {
+        a * self.materials + b
+    }
+
+    /// The law at a place.
+    pub(super) fn at(&self, place: usize) -> &Law {
+        &self.table[place]
     }
 
     pub(super) fn materials(&self) -> usize {

@@ -1,56 +1,15 @@
 //! Where a pair meets, and how.
 
-use super::Contacts;
-use super::law::Kinematics;
-use super::pair::Pair;
-use crate::particles::Body;
-use mics_shapes::{Part, Pose, Touch};
+use super::arms::Arms;
+use super::body::ContactBody;
+use super::law::{Kinematics, Law};
+use super::pair::{Met, Pair, Partner};
+use super::response::InverseMass;
+use super::setup::Setup;
+use super::{Wall, obstacle};
+use crate::particles::{Accelerations, Body};
+use mics_shapes::{Mesh, Obstacle, Part, Pose, Regions, Touch};
 use nalgebra::Vector3;
-
-/// How what acts at a contact turns its two.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Arms {
-    /// From the centres to the contact (m).
-    pub(super) to: [Vector3<f64>; 2],
-    /// From the first to the second.
-    pub(super) normal: Vector3<f64>,
-    /// Couple about the normal (N m) of a force along it, over that (N).
-    pub(super) couple: f64,
-}
-
-impl Arms {
-    /// What an impulse (N s) on the first, and its opposite on the second, give both of angular
-    /// momentum (N m s).
-    #[inline]
-    pub(super) fn turns(&self, impulse: &Vector3<f64>) -> [Vector3<f64>; 2] {
-        let turns = [self.to[0].cross(impulse), -self.to[1].cross(impulse)];
-        if self.couple == 0.0 {
-            return turns;
-        }
-        let couple = self.couple * impulse.dot(&self.normal) * self.normal;
-        [turns[0] + couple, turns[1] - couple]
-    }
-
-    /// Velocity of the first against the second at the contact by their spins (rad/s), with what
-    /// the couple makes of them along the normal (m/s).
-    #[inline]
-    pub(super) fn turning(&self, spins: [&Vector3<f64>; 2]) -> Vector3<f64> {
-        self.coupled(spins[0].cross(&self.to[0]) - spins[1].cross(&self.to[1]), spins)
-    }
-
-    /// A velocity (m/s) with what the couple makes of spins.
-    #[inline]
-    pub(super) fn coupled(
-        &self,
-        velocity: Vector3<f64>,
-        spins: [&Vector3<f64>; 2],
-    ) -> Vector3<f64> {
-        if self.couple == 0.0 {
-            return velocity;
-        }
-        velocity + self.couple * (spins[0] - spins[1]).dot(&self.normal) * self.normal
-    }
-}
 
 /// Where a pair touches.
 #[derive(Clone, Copy, Debug)]
@@ -72,16 +31,6 @@ pub(super) struct Meeting {
     pub(super) approach: f64,
 }
 
-/// A meeting as it was found, of a pair of which one is not round.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Met {
-    pub(super) meeting: Meeting,
-    /// How long ago (s), or in the middle of a substep to come where negative.
-    pub(super) age: f64,
-    /// What the two had gone since the search, together (m).
-    pub(super) gone: f64,
-}
-
 impl Meeting {
     /// Whether they touch during a substep `h` (s) in whose middle this is.
     pub(super) fn touches(&self, h: f64) -> bool {
@@ -89,81 +38,130 @@ impl Meeting {
     }
 }
 
-impl Contacts {
+/// The bodies as they lie now, and how they respond: what a pair's meeting is found from.
+#[derive(Clone, Copy)]
+pub(super) struct Layout<'a> {
+    pub(super) setup: &'a Setup,
+    /// The regions of obstacles in reach of parts of bodies.
+    pub(super) regions: &'a Regions,
+    pub(super) states: &'a [ContactBody],
+    pub(super) bodies: &'a [Body],
+}
+
+impl<'a> Layout<'a> {
+    /// The law of a pair.
+    pub(super) fn law(&self, pair: &Pair) -> &'a Law {
+        self.setup.law(pair)
+    }
+
+    /// The first body of a pair, and the second, where that is a body or an obstacle.
+    pub(super) fn two(&self, pair: &Pair) -> (&'a Body, Option<&'a Body>) {
+        (&self.bodies[pair.first], self.bodies.get(pair.second))
+    }
+
+    /// How the first of a pair responds, and the second, where that is a body or an obstacle.
+    pub(super) fn responses(&self, pair: &Pair) -> (&'a InverseMass, Option<&'a InverseMass>) {
+        let second = self.states.get(pair.second).map(|its| &its.response);
+        (&self.states[pair.first].response, second)
+    }
+
+    /// Energy in the springs of a pair (J).
+    pub(super) fn stored(&self, pair: &Pair) -> f64 {
+        let overlap = self.closest(pair, 0.0).overlap;
+        self.law(pair).stored_with(overlap, &pair.springs.tangential.unwrap_or_default())
+    }
+
+    /// The faces of the obstacle of a pair, where its second is one.
+    pub(super) fn faces(&self, pair: &Pair) -> Option<&'a Mesh> {
+        if pair.partner != Partner::Obstacle {
+            return None;
+        }
+        self.bodies[pair.second].shape().obstacle().map(Obstacle::faces)
+    }
+
     /// Where a pair touches in the middle of a substep `h` (s).
-    pub(super) fn closest(&self, pair: &Pair, bodies: &[Body], h: f64) -> Meeting {
-        let body = &bodies[pair.first];
-        match bodies.get(pair.second) {
-            Some(other) if body.is_round() && other.is_round() => {
-                let velocity = body.velocity - other.velocity;
-                let apart = pair.apart(bodies, &self.periods) - 0.5 * h * velocity;
-                let distance = apart.norm();
-                let normal = apart / distance;
-                let radii = [body.radius(), other.radius()];
-                let overlap = body.radius() + other.radius() - distance;
-                let to = [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
-                let arms = Arms { to, normal, couple: 0.0 };
-                let approach = velocity.dot(&normal);
-                Meeting { normal, overlap, gain: 1.0, arms, spread: 0.0, radii, velocity, approach }
-            }
-            None if body.is_round() => {
-                let wall = &self.walls[pair.second - bodies.len()];
-                let normal = wall.normal();
-                let distance = wall.distance(&body.centre) - 0.5 * h * body.velocity.dot(&normal);
-                let velocity = body.velocity - wall.sliding();
-                Meeting {
-                    normal,
-                    overlap: body.radius() - distance,
-                    gain: 1.0,
-                    arms: Arms { to: [distance * normal, Vector3::zeros()], normal, couple: 0.0 },
-                    spread: 0.0,
-                    radii: [body.radius(), f64::INFINITY],
-                    velocity,
-                    approach: velocity.dot(&normal),
-                }
-            }
-            _ => self.touch_of_parts(pair, bodies, h),
+    pub(super) fn closest(&self, pair: &Pair, h: f64) -> Meeting {
+        if let Some(faces) = self.faces(pair) {
+            return self.of_obstacle(pair, faces, h);
+        }
+        match (self.setup.wall(pair), pair.round) {
+            (None, true) => self.of_balls(pair, h),
+            (Some(wall), true) => self.of_ball_and_wall(pair, wall, h),
+            (None, false) => self.of_parts(pair, h),
+            (Some(wall), false) => self.of_part_and_wall(pair, wall, h),
         }
     }
 
-    /// The same of a body that is not round.
-    fn touch_of_parts(&self, pair: &Pair, bodies: &[Body], h: f64) -> Meeting {
-        let body = &bodies[pair.first];
-        if let Some(wall) = bodies.get(pair.second).and_then(|other| other.shape().obstacle()) {
-            return self.touch_of_obstacle(pair, bodies, wall, h);
-        }
-        let pose = self.pose(pair.first, bodies, h);
-        let (ball, its_ball);
-        let part = match body.parts().get(pair.parts[0]) {
-            Some(part) => part,
-            None => {
-                ball = Part::ball(Vector3::zeros(), body.radius());
-                &ball
-            }
-        };
-        let Some(other) = bodies.get(pair.second) else {
-            let wall = &self.walls[pair.second - bodies.len()];
-            let offset = if wall.high { wall.at } else { -wall.at };
-            let touch = mics_shapes::touch_plane(part, &pose, &wall.normal(), offset);
-            let to = [touch.place - pose.place, Vector3::zeros()];
-            let velocity = body.velocity - wall.sliding();
-            return Meeting::of(&touch, to, velocity, [&body.spin, &Vector3::zeros()]);
-        };
-        let its_part = match other.parts().get(pair.parts[1]) {
-            Some(part) => part,
-            None => {
-                its_ball = Part::ball(Vector3::zeros(), other.radius());
-                &its_ball
-            }
-        };
+    /// Where two round bodies touch.
+    fn of_balls(&self, pair: &Pair, h: f64) -> Meeting {
+        let body = &self.bodies[pair.first];
+        let other = &self.bodies[pair.second];
         let velocity = body.velocity - other.velocity;
-        let apart = pair.apart(bodies, &self.periods) - 0.5 * h * velocity;
+        let apart = pair.apart(self.bodies, &self.setup.periods) - 0.5 * h * velocity;
+        let distance = apart.norm();
+        let normal = apart / distance;
+        let radii = [body.radius(), other.radius()];
+        let overlap = body.radius() + other.radius() - distance;
+        let to = [(radii[0] - 0.5 * overlap) * normal, (0.5 * overlap - radii[1]) * normal];
+        let arms = Arms { to, normal, couple: 0.0 };
+        let approach = velocity.dot(&normal);
+        Meeting { normal, overlap, gain: 1.0, arms, spread: 0.0, radii, velocity, approach }
+    }
+
+    /// Where a round body touches a wall of the box.
+    fn of_ball_and_wall(&self, pair: &Pair, wall: &Wall, h: f64) -> Meeting {
+        let body = &self.bodies[pair.first];
+        let normal = wall.normal();
+        let distance = wall.distance(&body.centre) - 0.5 * h * body.velocity.dot(&normal);
+        let velocity = body.velocity - wall.sliding();
+        Meeting {
+            normal,
+            overlap: body.radius() - distance,
+            gain: 1.0,
+            arms: Arms { to: [distance * normal, Vector3::zeros()], normal, couple: 0.0 },
+            spread: 0.0,
+            radii: [body.radius(), f64::INFINITY],
+            velocity,
+            approach: velocity.dot(&normal),
+        }
+    }
+
+    /// Where the part of a body touches a wall of the box.
+    fn of_part_and_wall(&self, pair: &Pair, wall: &Wall, h: f64) -> Meeting {
+        let body = &self.bodies[pair.first];
+        let pose = self.pose(pair.first, h);
+        let offset = if wall.high { wall.at } else { -wall.at };
+        let touch = obstacle::with_part(body, pair.parts[0], |part| {
+            mics_shapes::touch_plane(part, &pose, &wall.normal(), offset)
+        });
+        let to = [touch.place - pose.place, Vector3::zeros()];
+        let velocity = body.velocity - wall.sliding();
+        Meeting::of(&touch, to, velocity, [&body.spin, &Vector3::zeros()])
+    }
+
+    /// Where the parts of two bodies touch of which one is not round.
+    fn of_parts(&self, pair: &Pair, h: f64) -> Meeting {
+        let body = &self.bodies[pair.first];
+        let other = &self.bodies[pair.second];
+        obstacle::with_part(body, pair.parts[0], |part| {
+            obstacle::with_part(other, pair.parts[1], |its_part| {
+                self.of_two_parts(pair, part, its_part, h)
+            })
+        })
+    }
+
+    /// Where these parts of a pair touch.
+    fn of_two_parts(&self, pair: &Pair, part: &Part, its_part: &Part, h: f64) -> Meeting {
+        let body = &self.bodies[pair.first];
+        let other = &self.bodies[pair.second];
+        let velocity = body.velocity - other.velocity;
+        let apart = pair.apart(self.bodies, &self.setup.periods) - 0.5 * h * velocity;
         // About the first body's centre.
-        let own = Pose { place: Vector3::zeros(), ..pose };
-        let its = Pose { place: apart, ..self.pose(pair.second, bodies, h) };
+        let own = Pose { place: Vector3::zeros(), ..self.pose(pair.first, h) };
+        let its = Pose { place: apart, ..self.pose(pair.second, h) };
         let guess = apart + its.orientation * its_part.place - own.orientation * part.place;
-        let known = pair.seen != Vector3::zeros();
-        let way = if known { &pair.seen } else { &guess };
+        let known = pair.seen.normal != Vector3::zeros();
+        let way = if known { &pair.seen.normal } else { &guess };
         let spins = [&body.spin, &other.spin];
         mics_shapes::touch(part, &own, its_part, &its, way).map_or_else(
             || Meeting::too_deep([part, its_part], &guess, [0.5 * apart, -0.5 * apart], velocity),
@@ -171,21 +169,37 @@ impl Contacts {
         )
     }
 
+    /// Where the part of a body touches an obstacle.
+    fn of_obstacle(&self, pair: &Pair, faces: &Mesh, h: f64) -> Meeting {
+        let body = &self.bodies[pair.first];
+        let other = &self.bodies[pair.second];
+        let velocity = body.velocity - other.velocity;
+        let apart = pair.apart(self.bodies, &self.setup.periods) - 0.5 * h * velocity;
+        let turn = self.pose(pair.first, h).orientation;
+        let its = self.pose(pair.second, h).orientation;
+        let own = obstacle::seen(&apart, (!pair.round).then_some(&turn), &its);
+        let power = self.law(pair).material.exponent + 1.0;
+        let region = self.regions.get(pair.region);
+        let mut touch =
+            obstacle::with_part(body, pair.parts[0], |part| faces.touch(region, part, &own, power));
+        // From the centre of the obstacle, along the axes of the box.
+        let arm = its * touch.place;
+        touch.normal = its * touch.normal;
+        Meeting::of(&touch, [arm + apart, arm], velocity, [&body.spin, &other.spin])
+    }
+
     /// How a pair meets of which it is known how it met a while ago, by its velocities now: to
     /// second order half a substep after.
-    pub(super) fn at_end(&self, pair: &Pair, bodies: &[Body], met: &Met) -> Meeting {
+    pub(super) fn at_end(&self, pair: &Pair, met: &Met) -> Meeting {
         let Met { meeting: met, age, .. } = met;
-        let body = &bodies[pair.first];
-        let (velocity, spin) = match bodies.get(pair.second) {
-            Some(other) => (body.velocity - other.velocity, other.spin),
-            None => {
-                let wall = &self.walls[pair.second - bodies.len()];
-                (body.velocity - wall.sliding(), Vector3::zeros())
-            }
-        };
+        let (body, other) = self.two(pair);
+        let its_velocity = self.setup.wall(pair).map_or_else(Vector3::zeros, Wall::sliding);
+        let its_velocity = other.map_or(its_velocity, |other| other.velocity);
+        let velocity = body.velocity - its_velocity;
+        let spin = other.map_or_else(Vector3::zeros, |other| other.spin);
         let way = *age * velocity;
         let mut arms = met.arms;
-        if bodies.get(pair.second).is_some() {
+        if other.is_some() {
             arms.to = [arms.to[0] - 0.5 * way, arms.to[1] + 0.5 * way];
         } else {
             arms.to[0] -= way.dot(&met.normal) * met.normal;
@@ -196,59 +210,35 @@ impl Contacts {
     }
 
     /// How a body lies in the middle of a substep `h` (s), or now.
-    pub(super) fn pose(&self, k: usize, bodies: &[Body], h: f64) -> Pose {
-        let body = &bodies[k];
-        if h > 0.0 && !body.is_round() {
-            return self.poses[k];
-        }
-        Pose { place: body.centre + 0.5 * h * body.velocity, orientation: body.orientation() }
-    }
-
-    /// Finds how the bodies that are not round lie in the middle of a substep `h` (s), and how they
-    /// respond there.
-    pub(super) fn turn_to_middle(&mut self, bodies: &[Body], h: f64) {
-        let turning = bodies.iter().enumerate().filter(|(_, body)| !body.is_round());
-        for (k, body) in turning.filter(|(k, _)| self.paired[*k]) {
-            let mut middle = body.clone();
-            middle.turn_freely(0.5 * h);
-            let orientation = middle.orientation();
-            self.poses[k] = Pose { place: body.centre + 0.5 * h * body.velocity, orientation };
-            self.inverse_masses[k].turn(body, &self.own_inertias[k], &orientation);
-        }
+    fn pose(&self, k: usize, h: f64) -> Pose {
+        self.states[k].pose(&self.bodies[k], h)
     }
 
     /// How a pair meets in the middle of a substep `h` (s), and the arms of the contact.
-    pub(super) fn kinematics(&self, pair: &Pair, bodies: &[Body], h: f64) -> (Kinematics, Arms) {
-        let meeting = self.closest(pair, bodies, h);
-        (self.kinematics_at(pair, bodies, h, &meeting), meeting.arms)
+    pub(super) fn kinematics(&self, pair: &Pair, h: f64) -> (Kinematics, Arms) {
+        let meeting = self.closest(pair, h);
+        (self.kinematics_at(pair, h, &meeting), meeting.arms)
     }
 
-    /// The same where it is known where they touch.
-    pub(super) fn kinematics_at(
-        &self,
-        pair: &Pair,
-        bodies: &[Body],
-        h: f64,
-        meeting: &Meeting,
-    ) -> Kinematics {
-        let body = &bodies[pair.first];
-        let inverse_mass = &self.inverse_masses[pair.first];
+    /// How a pair meets in the middle of a substep `h` (s), where it is known where they touch.
+    pub(super) fn kinematics_at(&self, pair: &Pair, h: f64, meeting: &Meeting) -> Kinematics {
         let &Meeting { normal, overlap, gain, arms, velocity, approach, .. } = meeting;
-        let (mut whole, mut inverse, mut accelerations) =
-            (inverse_mass.whole, inverse_mass.mass, inverse_mass.accelerations);
+        let (body, other) = self.two(pair);
+        let (response, its_response) = self.responses(pair);
+        let mut whole = response.whole;
+        let mut inverse = response.mass;
+        let Accelerations { mut acceleration, angular } = response.accelerations;
         let mut spin = Vector3::zeros();
-        let mut angular = Vector3::zeros();
-        if let Some(other) = bodies.get(pair.second) {
-            let its = &self.inverse_masses[pair.second];
-            (spin, angular) = (other.spin, its.accelerations.angular);
-            accelerations.acceleration -= its.accelerations.acceleration;
+        let mut its_angular = Vector3::zeros();
+        if let (Some(other), Some(its)) = (other, its_response) {
+            spin = other.spin;
+            its_angular = its.accelerations.angular;
+            acceleration -= its.accelerations.acceleration;
             whole += its.whole;
             inverse += its.mass;
         }
         let turning = arms.turning([&body.spin, &spin]);
-        let turned = arms.turning([&accelerations.angular, &angular]);
-        let accelerations = accelerations.acceleration;
-        let round = self.are_round(pair, bodies);
+        let turned = arms.turning([&angular, &its_angular]);
         if pair.is_own_image() {
             // An impulse and its reaction on the same body move it nowhere, and turn it twice.
             inverse = Vector3::zeros();
@@ -257,7 +247,7 @@ impl Contacts {
             let v = v + turning;
             v - v.dot(&normal) * normal
         };
-        let inverse_turn = self.turning_response(pair, &arms, round);
+        let inverse_turn = self.turning_response(pair, &arms);
         // Along an axis where neither gives way the damper changes nothing, but has to stay finite.
         let finite = |inverse: f64| if inverse > 1e-6 * whole { inverse } else { whole };
         Kinematics {
@@ -267,22 +257,23 @@ impl Contacts {
             normal,
             approach,
             slip: along(velocity, turning),
-            accelerations: accelerations.dot(&normal)
-                + if round { 0.0 } else { turned.dot(&normal) },
-            push_slip: along(accelerations, turned),
+            accelerations: acceleration.dot(&normal)
+                + if pair.round { 0.0 } else { turned.dot(&normal) },
+            push_slip: along(acceleration, turned),
             inverse_normal: finite(normal.component_mul(&normal).dot(&inverse) + inverse_turn[0]),
             inverse_tangential: finite(inverse.max() + inverse_turn[1]),
         }
     }
 
     /// How the surfaces of a pair respond at the contact by turning (1/kg): along the normal, and
-    /// most across it. That of round ones is the same all across.
-    fn turning_response(&self, pair: &Pair, arms: &Arms, round: bool) -> [f64; 2] {
+    /// most across it. The response of round ones is the same all across.
+    fn turning_response(&self, pair: &Pair, arms: &Arms) -> [f64; 2] {
         let to = &arms.to;
         let normal = &arms.normal;
-        let first = &self.inverse_masses[pair.first].inertia;
-        let second = self.inverse_masses.get(pair.second).map(|its| &its.inertia);
-        if round {
+        let (first, second) = self.responses(pair);
+        let first = &first.inertia;
+        let second = second.map(|its| &its.inertia);
+        if pair.round {
             let sides = match (pair.is_own_image(), second) {
                 (true, _) => (to[0] - to[1]).norm_squared() * first.max(),
                 (_, Some(its)) => {

@@ -26,45 +26,53 @@
 //!     (   o----n--->()<-----o   )   slip = (v_i - v_j + w_i x r_i - w_j x r_j)_t
 //! ```
 //!
+//! [`Contacts`] holds the pairs, and what a step of them needs. [`Contacts::advance`] leaves what contacts did in the step, an [`Outcome`]; while the
+//! pressure is found, [`Contacts::impulses`] has the impulses of it to be corrected.
+//!
 //! A body that is not round has convex parts ([`mics_shapes::Part`]), each a contact of its own
 //! with every part near it, and with the walls ([`mics_shapes::touch`]); its orientation and its
 //! tensor of inertia turn in every substep.
 
+mod arms;
+mod body;
 mod cluster;
 mod correction;
 mod count;
 mod gaps;
+mod impulses;
+mod integrator;
 mod law;
 mod lubrication;
 mod meeting;
 mod obstacle;
+mod outcome;
 mod overlap;
 mod pair;
+mod pairs;
 mod response;
-mod results;
 mod rolling;
-mod search;
+mod setup;
 mod stiffness;
-mod substep;
 #[cfg(test)]
 mod tests;
 mod wall;
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::numerics::{ADDED_MASS_SHARE, ADDED_MASS_SLOPE, LARGEST_ADDED_MASS_SHARE};
-use crate::particles::{Accelerations, Body, Inertia, Neighbours};
+use crate::particles::{Accelerations, Body, Inertia, RigidVelocity};
+use body::ContactBody;
 use cluster::Clusters;
 use correction::Constraint;
+pub(crate) use impulses::Impulses;
+use integrator::{ContactForce, Integrator};
 pub use law::{Damping, Laws, Material};
 pub use lubrication::Medium;
-use meeting::Met;
-use mics_shapes::{Pose, Regions};
-use nalgebra::{Matrix3, Vector3};
-use pair::{Pair, crossed};
-use response::{InverseMass, RIGID};
+use meeting::Layout;
+use nalgebra::Vector3;
+pub use outcome::{BodyOutcome, Outcome};
+use pairs::Pairs;
+pub use setup::Setup;
 pub use stiffness::Impact;
-use substep::TangentialForce;
 pub use wall::{Wall, WallSide};
 
 /// Overlap, of the smaller radius, that ends a run: soft contacts are no model of bodies beyond it.
@@ -111,61 +119,18 @@ pub struct Touching {
     pub springs: Vec<(usize, usize, Springs)>,
 }
 
-/// The law of the contacts among bodies and walls, and what a step needs to follow it.
+/// The contacts among bodies and walls.
 #[derive(Clone, Debug)]
 pub struct Contacts {
-    materials: Vec<usize>,
-    /// Convex parts in all.
-    parts: usize,
-    /// What messages call them.
-    names: Vec<String>,
-    walls: Vec<Wall>,
-    laws: Laws,
-    size: [f64; 3],
-    periods: [Option<f64>; 3],
-    substeps: Substeps,
-    neighbours: Neighbours,
-    /// The bodies that are obstacles, and the regions of them in reach of parts of bodies.
-    obstacles: Vec<usize>,
-    regions: Regions,
-    /// By their first body, ascending; those of the search before.
-    pairs: Vec<Pair>,
-    old: Vec<Pair>,
-    /// Per body: its response, its way since the search (m) and the way it may go (m), whether it
-    /// has a pair, its load now.
-    inverse_masses: Vec<InverseMass>,
-    /// Per body, see [`Contacts::contact_damping`].
-    damping: Vec<f64>,
-    travelled: Vec<f64>,
-    search_radius: Vec<f64>,
-    paired: Vec<bool>,
-    loads: Vec<Impulse>,
-    /// Scratch of the correction and of the bound on the work of contacts.
-    constraints: Vec<Constraint>,
+    setup: Setup,
+    pairs: Pairs,
+    /// Per body, how it responds in the step.
+    states: Vec<ContactBody>,
     clusters: Clusters,
-    /// How pairs of which one is not round met last, and of the substep what held.
-    met: Vec<Option<Met>>,
-    tangential_forces: Vec<TangentialForce>,
-    /// Per body that is not round, its pose in the middle of the substep.
-    poses: Vec<Pose>,
-    /// Per body that is not round, its moments of inertia in its own axes, with the fluid that
-    /// turns with it (kg m2).
-    own_inertias: Vec<Matrix3<f64>>,
-    /// Per body, its way since the search when the next substep is done (m), and by how much it has
-    /// turned in the step (rad).
-    reach: Vec<f64>,
-    turned: Vec<Vector3<f64>>,
-    impulses: Vec<Impulse>,
-    wall_impulse: Vector3<f64>,
-    /// Work of moving walls on bodies, and what friction took, in the last step (J).
-    wall_work: f64,
-    slid: f64,
-    /// Deepest overlap of the last step (m).
-    deepest: f64,
-    /// Per body, whether it touched something in the last step.
-    touched: Vec<bool>,
-    /// The fluid that fills the gaps.
-    medium: Medium,
+    /// Scratch of a substep, and of the correction.
+    forces: Vec<ContactForce>,
+    constraints: Vec<Constraint>,
+    outcome: Outcome,
 }
 
 impl Contacts {
@@ -180,78 +145,54 @@ impl Contacts {
         periods: [Option<f64>; 3],
         substeps: Substeps,
     ) -> Contacts {
-        let n = bodies.len();
-        let parts = bodies.iter().map(|body| body.parts().len().max(1)).sum::<usize>();
+        let pairs = Pairs::new(bodies, size, periods);
         Contacts {
-            parts,
-            names: bodies.iter().map(Body::called).collect(),
-            materials,
-            walls,
-            laws,
-            size,
-            periods,
-            substeps,
-            neighbours: Neighbours::new(bodies, size, periods),
-            obstacles: (0..n).filter(|k| bodies[*k].shape().is_obstacle()).collect(),
-            regions: Regions::default(),
-            pairs: Vec::with_capacity(8 * parts),
-            old: Vec::with_capacity(8 * parts),
-            inverse_masses: vec![RIGID; n],
-            damping: vec![0.0; n],
-            travelled: vec![0.0; n],
-            search_radius: vec![0.0; n],
-            paired: vec![false; n],
-            loads: vec![Impulse::default(); n],
-            met: Vec::with_capacity(8 * parts),
-            tangential_forces: Vec::with_capacity(8 * parts),
-            constraints: Vec::with_capacity(8 * parts),
-            poses: vec![Pose::default(); n],
-            own_inertias: vec![Matrix3::zeros(); n],
-            clusters: Clusters::new(n),
-            reach: vec![0.0; n],
-            turned: vec![Vector3::zeros(); n],
-            impulses: vec![Impulse::default(); n],
-            wall_impulse: Vector3::zeros(),
-            wall_work: 0.0,
-            slid: 0.0,
-            deepest: 0.0,
-            touched: vec![false; n],
-            medium: Medium::default(),
+            states: bodies.iter().map(ContactBody::new).collect(),
+            clusters: Clusters::new(bodies.len()),
+            forces: Vec::with_capacity(pairs.list.capacity()),
+            constraints: Vec::with_capacity(pairs.list.capacity()),
+            outcome: Outcome::new(bodies.len()),
+            pairs,
+            setup: Setup {
+                names: bodies.iter().map(Body::called).collect(),
+                materials,
+                obstacles: (0..bodies.len()).filter(|&k| bodies[k].is_obstacle()).collect(),
+                walls,
+                laws,
+                size,
+                periods,
+                substeps,
+                medium: Medium::default(),
+            },
         }
     }
 
     /// Surfaces with asperities of this height (m).
     pub fn rough(mut self, roughness: f64) -> Contacts {
-        self.medium.roughness = roughness;
+        self.setup.medium.roughness = roughness;
         self
     }
 
     /// Contacts in a fluid that follows the bodies within the step, its mass with theirs, and
     /// resists in the gaps between them.
     pub fn within(mut self, medium: Medium) -> Contacts {
-        self.medium = Medium { roughness: self.medium.roughness, ..medium };
+        self.setup.medium = Medium { roughness: self.setup.medium.roughness, ..medium };
         self
     }
 
     /// Nothing touches yet.
     pub fn untouched(&self) -> Touching {
-        Touching { springs: Vec::with_capacity(8 * self.parts) }
+        Touching { springs: Vec::with_capacity(self.pairs.list.capacity()) }
     }
 
-    /// Effective mass of a body in contact (kg): its own, and a part of its added mass that grows
-    /// with its density.
-    pub fn mass_in_contact(&self, body: &Body) -> f64 {
-        let added = body.added_mass(self.medium.density);
-        let displaced = self.medium.density * body.volume();
-        let ratio = if displaced > 0.0 { body.mass() / displaced } else { f64::INFINITY };
-        let part = ADDED_MASS_SHARE + ratio * ADDED_MASS_SLOPE;
-        body.mass() + part.min(LARGEST_ADDED_MASS_SHARE) * added
+    /// What never changes: walls, laws, materials and the fluid in the gaps.
+    pub fn setup(&self) -> &Setup {
+        &self.setup
     }
 
     /// Moves all bodies on by `dt` (s): free ones under `accelerations` and contacts, prescribed
     /// ones as told. `turning` is the moment of inertia of a body and of the fluid that turns with
-    /// it (kg m2). Returns the substeps taken: 0 where nobody is in reach of anybody, and everybody
-    /// has made one ballistic move.
+    /// it (kg m2).
     ///
     /// # Errors
     /// When a state is not finite, an overlap is too deep, the substeps are too few, or a body
@@ -263,114 +204,143 @@ impl Contacts {
         accelerations: &[Accelerations],
         turning: impl Fn(usize, &Body) -> Inertia,
         dt: f64,
-    ) -> Result<usize> {
-        self.refuse_strays(bodies)?;
-        self.begin(bodies, touching, accelerations, turning);
+    ) -> Result<&Outcome> {
+        let Contacts { setup, pairs, states, clusters, forces, outcome, .. } = self;
+        setup.refuse_strays(bodies)?;
+        for (k, (state, body)) in states.iter_mut().zip(&*bodies).enumerate() {
+            state.begin(body, &accelerations[k], setup.mass_in_contact(body), &turning(k, body));
+        }
+        pairs.recall(setup, states, bodies, touching);
+        clusters.clear();
+        outcome.clear();
         let mut left = dt;
-        let mut taken = 0;
         while left > 0.0 {
-            self.search(bodies, left, taken > 0);
-            if taken == 0 {
-                self.find_stored(bodies);
+            let first = outcome.substeps == 0;
+            pairs.search(setup, states, bodies, left, !first);
+            if first {
+                pairs.find_stored(setup, states, bodies);
             }
-            if self.pairs.is_empty() {
-                self.drift(bodies, left, |_| true);
-                break;
-            }
-            let count = self.count(bodies, left, taken)?;
-            let h = left / count as f64;
-            self.pace_films(bodies, left, count);
-            let mut done = 0;
-            let mut within = true;
-            while done < count && within {
-                done += 1;
-                within = self.substep(bodies, h, done)?;
-            }
-            self.lubricate(bodies, 0.0, None);
-            self.drift(bodies, h * done as f64, |paired| !paired);
-            left = if done < count { left - h * done as f64 } else { 0.0 };
-            taken += done;
+            left = Integrator { setup, pairs, states, bodies, forces, outcome }.advance(left)?;
         }
-        bodies.iter_mut().zip(&self.turned).for_each(|(body, turned)| body.rotate(turned));
-        self.refuse_strays(bodies)?;
-        self.find_damping(bodies);
-        self.find_faces(bodies);
-        touching.springs.clear();
-        let sustained = self.pairs.iter().filter_map(|p| {
-            let image = p.image + crossed(bodies, p.first, p.second, &self.periods);
-            let parts = p.parts;
-            let rolling = p.rolled;
-            Some((p.first, p.second, Springs { image, parts, tangential: p.spring?, rolling }))
-        });
-        touching.springs.extend(sustained);
-        Ok(taken)
+        bodies.iter_mut().zip(&*states).for_each(|(body, state)| body.rotate(&state.turned));
+        setup.refuse_strays(bodies)?;
+        outcome.find_damping(&pairs.list, bodies);
+        pairs.find_faces(setup, states, bodies);
+        pairs.keep(setup, bodies, touching);
+        Ok(outcome)
     }
 
-    /// Takes what bodies respond with in the step and the contacts that last, and forgets the step
-    /// before.
-    fn begin(
-        &mut self,
-        bodies: &[Body],
-        touching: &Touching,
-        accelerations: &[Accelerations],
-        turning: impl Fn(usize, &Body) -> Inertia,
-    ) {
-        for (i, (body, accelerations)) in bodies.iter().zip(accelerations).enumerate() {
-            let inertia = turning(i, body);
-            if let Inertia::Tensor(tensor) = inertia {
-                let turn = body.orientation();
-                self.own_inertias[i] = turn.transpose() * tensor * turn.matrix();
-            }
-            self.inverse_masses[i] =
-                InverseMass::of(body, accelerations, self.mass_in_contact(body), &inertia);
-        }
-        self.pairs.clear();
-        let kept = touching.springs.iter();
-        let periods = &self.periods;
-        self.pairs.extend(kept.map(|&(i, j, springs)| Pair {
-            spring: Some(springs.tangential),
-            rolled: springs.rolling,
-            parts: springs.parts,
-            ..Pair::new(i, j, springs.image - crossed(bodies, i, j, periods))
-        }));
-        self.impulses.fill(Impulse::default());
-        self.wall_impulse = Vector3::zeros();
-        (self.wall_work, self.slid) = (0.0, 0.0);
-        self.deepest = 0.0;
-        self.clusters.clear();
-        self.touched.fill(false);
-        self.turned.fill(Vector3::zeros());
+    /// What contacts did in the last step.
+    pub fn outcome(&self) -> &Outcome {
+        &self.outcome
     }
 
-    /// Finds the energy in the springs of the pairs as the bodies lie.
-    fn find_stored(&mut self, bodies: &[Body]) {
-        for p in 0..self.pairs.len() {
-            self.pairs[p].stored = self.stored_in(&self.pairs[p], bodies);
-        }
+    /// Takes note of what contacts gave to a body beyond what the step found (N m s).
+    pub(crate) fn add_turn(&mut self, body: usize, turn: &Vector3<f64>) {
+        self.outcome.bodies[body].impulse.angular += turn;
     }
 
-    /// Energy in the springs of a pair as its two lie (J).
-    fn stored_in(&self, pair: &Pair, bodies: &[Body]) -> f64 {
-        self.law(pair)
-            .stored_with(self.closest(pair, bodies, 0.0).overlap, &pair.spring.unwrap_or_default())
+    /// Whether a pair gave an impulse over the last step of `dt` (s) that counts: lubrication that
+    /// can hardly slow two in that time does not.
+    pub(crate) fn gave(&self, bodies: &[Body], dt: f64) -> bool {
+        let layout = self.layout(bodies);
+        self.pairs.list.iter().any(|pair| correction::gave(&layout, pair, dt))
     }
 
-    /// Finds how strongly pairs damp a body's spin (N m s): without bound where it touches, and
-    /// else by lubrication.
-    fn find_damping(&mut self, bodies: &[Body]) {
-        self.damping.fill(0.0);
-        for pair in &self.pairs {
+    /// The impulses of the last step, to be corrected.
+    pub(crate) fn impulses(&mut self) -> Impulses<'_> {
+        let Contacts { setup, pairs, states, clusters, constraints, outcome, .. } = self;
+        Impulses { setup, pairs, states, clusters, constraints, outcome }
+    }
+
+    /// Finds for how long (s) of the last step each body has moved as its residual lets expect: the
+    /// shortest t (1 - q) of its contacts, and none where it has no contact.
+    pub(crate) fn find_followed(&self, bodies: &[Body], followed: &mut [f64]) {
+        let layout = self.layout(bodies);
+        followed.fill(f64::INFINITY);
+        for pair in self.pairs.list.iter().filter(|pair| pair.touched()) {
+            let kinematics = layout.kinematics(pair, 0.0).0;
+            let held = correction::held_by_contact(&layout, pair, &kinematics);
             for k in [pair.first, pair.second] {
-                let Some(body) = bodies.get(k) else { continue };
-                // The surfaces of a body and of its own image slide with both spins, and both turn
-                // the body.
-                let sides = if pair.is_own_image() { 2.0 } else { 1.0 };
-                let lubrication = body.radius().powi(2)
-                    * (sides * pair.lubrication.sliding + pair.lubrication.rolling);
-                self.damping[k] +=
-                    if pair.normal_impulse > 0.0 { f64::INFINITY } else { lubrication };
+                let Some(time) = followed.get_mut(k) else { continue };
+                *time = time.min((1.0 - held) * pair.sums.time);
             }
         }
+        followed.iter_mut().filter(|time| time.is_infinite()).for_each(|time| *time = 0.0);
+    }
+
+    /// Velocity of a body (m/s) without the impulses of touch of the last step, where one of its
+    /// contacts parts and it is known.
+    pub(crate) fn velocity_without(&self, k: usize) -> Option<Vector3<f64>> {
+        let body = &self.clusters.bodies[k];
+        body.without.filter(|_| body.parts).map(|without| without.velocity)
+    }
+
+    /// Work of all contacts on a body over the last step (J), which now has the velocity at its
+    /// end, had the velocity `start` (m/s) at its start and was moved by `way` (m) in the step of
+    /// `dt` (s): known where the bound on the work of its cluster was looked at.
+    ///
+    /// ```text
+    ///   J.(v_0 + v_1)/2 - a.sum J_i (dt - t_i)        v_0: without J, a = (v_0 - v)/dt
+    ///              sum J_i (dt - t_i) = M (way - dt (v + v_0)/2)
+    /// ```
+    /// v_0 is that of the step's end; a contact at the time `t_i` meets a body that the other
+    /// forces have not brought so far.
+    pub fn work_on(
+        &self,
+        k: usize,
+        body: &Body,
+        start: &Vector3<f64>,
+        way: &Vector3<f64>,
+        dt: f64,
+    ) -> Option<f64> {
+        let RigidVelocity { velocity, spin } = self.clusters.bodies[k].without?;
+        let Impulse { linear, angular } = self.outcome.impulse(k);
+        let bent = way / dt - 0.5 * (start + velocity);
+        let early = self.setup.mass_in_contact(body) * bent.dot(&(velocity - start));
+        let turned = angular.dot(&(spin + body.spin));
+        Some(0.5 * (linear.dot(&(velocity + body.velocity)) + turned) - early)
+    }
+
+    /// Finds the pairs of bodies as they lie, before any [`advance`](Contacts::advance).
+    pub fn meet(&mut self, bodies: &[Body]) {
+        let Contacts { setup, pairs, states, .. } = self;
+        let still = Accelerations::default();
+        for (state, body) in states.iter_mut().zip(bodies) {
+            state.begin(body, &still, setup.mass_in_contact(body), &body.inertia());
+        }
+        pairs.search(setup, states, bodies, 0.0, false);
+    }
+
+    /// Whether a body is in reach of another or of a wall after a [`meet`](Contacts::meet).
+    pub fn is_paired(&self, body: usize) -> bool {
+        self.pairs.ways[body].paired
+    }
+
+    /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or
+    /// [`meet`](Contacts::meet), where the bodies lie now and are to be displaced (m) yet (J).
+    pub fn stored(&self, bodies: &[Body], displaced: impl Fn(usize) -> Vector3<f64>) -> f64 {
+        let layout = self.layout(bodies);
+        let of = |k: usize| if k < bodies.len() { displaced(k) } else { Vector3::zeros() };
+        self.pairs.list.iter().fold(0.0, |sum, pair| {
+            let meeting = layout.closest(pair, 0.0);
+            let displaced = of(pair.first) - of(pair.second);
+            let overlap = meeting.overlap + meeting.normal.dot(&displaced);
+            sum + layout.law(pair).stored(overlap)
+        })
+    }
+
+    /// The bodies as they lie now.
+    fn layout<'a>(&'a self, bodies: &'a [Body]) -> Layout<'a> {
+        let Contacts { setup, pairs, states, .. } = self;
+        Layout { setup, regions: &pairs.regions, states, bodies }
+    }
+}
+
+impl std::ops::AddAssign for Impulse {
+    fn add_assign(&mut self, other: Impulse) {
+        self.linear += other.linear;
+        self.angular += other.angular;
     }
 }
 

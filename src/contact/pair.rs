@@ -1,8 +1,24 @@
-//! Two that could meet within a step, and what they have given each other in it.
+//! Two that could meet within a step: who they are, their springs, the fluid between them, and what
+//! they have given each other.
 
+use super::arms::PairImpulse;
 use super::lubrication::Lubrication;
+use super::meeting::Meeting;
+use super::{Impulse, Springs};
+use crate::numerics::SLIDING_ONSET;
 use crate::particles::Body;
 use nalgebra::Vector3;
+
+/// What the second of a pair is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Partner {
+    /// A body.
+    Body,
+    /// A body that is a wall to contacts.
+    Obstacle,
+    /// A wall of the box.
+    Wall,
+}
 
 /// Two that could meet within the step.
 #[derive(Clone, Copy, Debug)]
@@ -10,6 +26,11 @@ pub(super) struct Pair {
     pub(super) first: usize,
     /// A body, or the number of bodies plus that of a wall.
     pub(super) second: usize,
+    pub(super) partner: Partner,
+    /// Whether both are round, as walls and obstacles are.
+    pub(super) round: bool,
+    /// The place of its law among [`super::Laws`].
+    pub(super) law: usize,
     /// Which image of the second body it is: whole periods from its path to that of the image,
     /// along each axis.
     pub(super) image: Vector3<f64>,
@@ -18,69 +39,103 @@ pub(super) struct Pair {
     pub(super) parts: [usize; 2],
     /// Which of the regions of obstacles it is, where the second is one.
     pub(super) region: usize,
-    /// Tangential spring (m), while they touch, and that of their rolling (rad).
-    pub(super) spring: Option<Vector3<f64>>,
-    pub(super) rolled: Vector3<f64>,
-    /// Impulse on the first and angular impulses on both over the step, by touch and lubrication (N
-    /// s, N m s).
-    pub(super) impulse: Vector3<f64>,
-    pub(super) turns: [Vector3<f64>; 2],
-    /// Normal impulse over the step, by touch and lubrication, positive where it parts the two (N
-    /// s).
-    pub(super) normal: f64,
-    /// Of touch alone: tangential impulse on the first, normal impulse, in all and while the two
-    /// stick (N s), and its time (s).
-    pub(super) tangential: Vector3<f64>,
-    pub(super) normal_impulse: f64,
-    pub(super) stuck: f64,
-    pub(super) touched: f64,
-    /// Energy in the springs at the start of the step (J).
+    pub(super) springs: PairSprings,
+    pub(super) film: Film,
+    pub(super) seen: Seen,
+    pub(super) sums: PairSums,
+}
+
+/// The springs of a pair, which last from step to step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PairSprings {
+    /// The tangential spring (m), while the two touch.
+    pub(super) tangential: Option<Vector3<f64>>,
+    /// The rolling spring (rad).
+    pub(super) rolling: Vector3<f64>,
+    /// Energy in all springs at the start of the step (J).
     pub(super) stored: f64,
-    /// What the fluid between them resists, after how many substeps each, and for how long (s) it
-    /// has not yet.
+}
+
+/// The fluid between a pair.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Film {
+    /// What it resists.
     pub(super) lubrication: Lubrication,
+    /// It acts after so many substeps each.
     pub(super) stride: usize,
+    /// Time for which it has not acted yet (s).
     pub(super) due: f64,
+}
+
+/// How a pair met when it was looked at last.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seen {
     /// The normal that it met with last in the step, zero before it did: where the search for the
     /// next one starts.
-    pub(super) seen: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
     /// They cannot touch before the two have gone so far since the search, together (m).
     pub(super) clear: f64,
+    /// How it met, where one is not round.
+    pub(super) met: Option<Met>,
+}
+
+/// A meeting as it was found, of a pair of which one is not round.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Met {
+    pub(super) meeting: Meeting,
+    /// How long ago (s), or in the middle of a substep to come where negative.
+    pub(super) age: f64,
+    /// What the two had gone since the search, together (m).
+    pub(super) gone: f64,
+}
+
+/// What a pair gave over the step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PairSums {
+    /// By touch and lubrication.
+    pub(super) impulse: PairImpulse,
+    /// Normal impulse by touch and lubrication, positive where it parts the two (N s).
+    pub(super) normal: f64,
+    /// Normal impulse of touch alone (N s).
+    pub(super) touch: f64,
+    /// The part of that while the two stick (N s).
+    pub(super) stuck: f64,
+    /// Tangential impulse of touch on the first (N s).
+    pub(super) tangential: Vector3<f64>,
+    /// Time in which the two touched (s).
+    pub(super) time: f64,
 }
 
 impl Pair {
     /// The region of a pair of which none was searched for yet.
     pub(super) const NO_REGION: usize = usize::MAX;
 
+    /// Two round bodies under the first law: [`super::setup::Setup::pair`] knows better.
     pub(super) fn new(first: usize, second: usize, image: Vector3<f64>) -> Pair {
         Pair {
             first,
             second,
+            partner: Partner::Body,
+            round: true,
+            law: 0,
             image,
             parts: [0; 2],
             region: Pair::NO_REGION,
-            spring: None,
-            rolled: Vector3::zeros(),
-            impulse: Vector3::zeros(),
-            turns: [Vector3::zeros(); 2],
-            normal: 0.0,
-            tangential: Vector3::zeros(),
-            normal_impulse: 0.0,
-            stuck: 0.0,
-            touched: 0.0,
-            stored: 0.0,
-            lubrication: Lubrication::UNKNOWN,
-            stride: 1,
-            due: 0.0,
-            seen: Vector3::zeros(),
-            clear: 0.0,
+            springs: PairSprings::default(),
+            film: Film { lubrication: Lubrication::UNKNOWN, stride: 1, due: 0.0 },
+            seen: Seen::default(),
+            sums: PairSums::default(),
         }
     }
 
-    /// Counts an impulse on the first (N s), and angular impulses on both (N m s).
-    pub(super) fn add(&mut self, impulse: Vector3<f64>, turns: [Vector3<f64>; 2]) {
-        self.impulse += impulse;
-        self.turns.iter_mut().zip(turns).for_each(|(sum, turn)| *sum += turn);
+    /// Its springs as they are saved, where they last; `crossed` as in [`crossed`].
+    pub(super) fn sustained(&self, crossed: &Vector3<f64>) -> Option<Springs> {
+        Some(Springs {
+            image: self.image + crossed,
+            parts: self.parts,
+            tangential: self.springs.tangential?,
+            rolling: self.springs.rolling,
+        })
     }
 
     /// Whether the second is an image of the first itself.
@@ -88,11 +143,53 @@ impl Pair {
         self.first == self.second
     }
 
+    /// Whether it gave an impulse by touch in the step.
+    pub(super) fn touched(&self) -> bool {
+        self.sums.touch > 0.0
+    }
+
+    /// The impulses of its two by one of the pair.
+    pub(super) fn each(&self, impulse: &PairImpulse) -> [(usize, Impulse); 2] {
+        let &PairImpulse { linear, turns: [turn, its_turn] } = impulse;
+        [
+            (self.first, Impulse { linear, angular: turn }),
+            (self.second, Impulse { linear: -linear, angular: its_turn }),
+        ]
+    }
+
     /// From the centre of the first body to that of the image of the second (m).
     pub(super) fn apart(&self, bodies: &[Body], periods: &[Option<f64>; 3]) -> Vector3<f64> {
         let way = bodies[self.second].centre - bodies[self.first].centre;
         let image = self.image + crossed(bodies, self.first, self.second, periods);
         Vector3::from_fn(|a, _| way[a] + periods[a].map_or(0.0, |length| length * image[a]))
+    }
+}
+
+impl PairSums {
+    /// Counts the normal and the tangential force of a touch over a substep `h` (s), under this
+    /// coefficient of friction.
+    pub(super) fn add_touch(
+        &mut self,
+        h: f64,
+        normal: f64,
+        tangential: &Vector3<f64>,
+        friction: f64,
+    ) {
+        self.normal += h * normal;
+        self.tangential += h * tangential;
+        self.time += if normal > 0.0 { h } else { 0.0 };
+        let limit = friction * normal;
+        let held = (1.0 - tangential.norm() / limit.max(f64::MIN_POSITIVE)) / SLIDING_ONSET;
+        self.touch += h * normal;
+        self.stuck += h * normal * held.clamp(0.0, 1.0);
+    }
+
+    /// Leaves a part of what it gave, which is a `change` of its impulse.
+    pub(super) fn reduce(&mut self, factor: f64, change: PairImpulse) {
+        self.impulse += change;
+        self.normal *= factor;
+        self.touch *= factor;
+        self.tangential *= factor;
     }
 }
 

@@ -1,5 +1,6 @@
 //! How bodies respond to forces and torques in a substep.
 
+use super::Impulse;
 use crate::geometry::Orientation;
 use crate::particles::{Accelerations, Body, Inertia};
 use nalgebra::{Matrix3, Vector3};
@@ -105,6 +106,21 @@ impl InverseMass {
             let tensor = orientation.matrix() * own * orientation.matrix().transpose();
             self.inertia = InverseInertia::new(&Inertia::Tensor(tensor).inverse(&freedom));
         }
+    }
+
+    /// The accelerations that last, and by a force and a torque (N, N m).
+    pub(super) fn accelerations_under(&self, load: &Impulse) -> Accelerations {
+        let Accelerations { acceleration, angular } = self.accelerations;
+        Accelerations {
+            acceleration: acceleration + self.mass.component_mul(&load.linear),
+            angular: angular + self.inertia.of(&load.angular),
+        }
+    }
+
+    /// `J.M^-1 J` of an impulse (J).
+    pub(super) fn energy(&self, impulse: &Impulse) -> f64 {
+        let Impulse { linear, angular } = impulse;
+        self.mass.dot(&linear.component_mul(linear)) + angular.dot(&self.inertia.of(angular))
     }
 
     /// Multiplies the inverse mass by a factor.

@@ -20,12 +20,11 @@
 //! turning about its normal instead, by the same spring, k = ratio k_n s^2 up to mu s F_n, s the
 //! radius of the patch: its friction acts at one place.
 
-use super::Contacts;
 use super::law::Kinematics;
-use super::meeting::Meeting;
+use super::meeting::{Layout, Meeting};
 use super::pair::Pair;
+use super::response::InverseMass;
 use crate::numerics::ROLLING_DAMPING;
-use crate::particles::Body;
 use nalgebra::Vector3;
 
 /// How a contact resists the relative spin of its two.
@@ -39,111 +38,105 @@ struct Resistance {
     inverse: f64,
 }
 
-impl Contacts {
-    /// The torque (N m) on the first of a pair in contact with this normal force (N), whose rolling
-    /// spring goes on by a substep.
-    pub(super) fn resist_turning(
-        &self,
-        pair: &mut Pair,
-        bodies: &[Body],
-        kinematics: &Kinematics,
-        meeting: &Meeting,
-        normal: f64,
-    ) -> Vector3<f64> {
-        let h = kinematics.h;
-        let other = bodies.get(pair.second);
-        let round = self.are_round(pair, bodies);
-        let lever = if round {
-            self.law(pair).material.rolling_friction
-        } else {
-            self.law(pair).material.friction * meeting.spread
-        };
-        if lever == 0.0 || normal <= 0.0 {
-            return Vector3::zeros();
-        }
-        // A contact that has hardly begun is as stiff as its spring at the depth of a substep's
-        // way.
-        let depth =
-            kinematics.overlap.max(0.5 * h * kinematics.approach.abs()).max(f64::MIN_POSITIVE);
-        let Resistance { spin, stiffness, limit, inverse } = if round {
-            self.rolling(pair, bodies, kinematics, meeting, normal, depth)
-        } else {
-            self.twisting(pair, bodies, meeting, normal, depth)
-        };
-        let n = kinematics.normal;
-        let kept = pair.rolled.dot(&n) * n;
-        pair.rolled = h * spin + if round { pair.rolled - kept } else { kept };
-        let spring = stiffness * pair.rolled.norm();
-        let turns = |body: usize| self.inverse_masses[body].inertia.max();
-        let turns = h * (turns(pair.first) + other.map_or(0.0, |_| turns(pair.second)));
-        if spring >= limit {
-            pair.rolled *= limit / spring;
-            let along = pair.rolled / pair.rolled.norm();
-            // All of it where that does not turn the spin round.
-            let stops = spin.dot(&along) / turns.max(f64::MIN_POSITIVE);
-            return -limit.min(stops.max(limit / (1.0 + turns * h * stiffness))) * along;
-        }
-        let damper =
-            if inverse > 0.0 { 2.0 * ROLLING_DAMPING * (stiffness / inverse).sqrt() } else { 0.0 };
-        let torque =
-            -(stiffness * pair.rolled + damper * spin) / (1.0 + turns * (h * stiffness + damper));
-        torque * (limit / torque.norm()).min(1.0)
+/// The torque (N m) on the first of a pair in contact with this normal force (N), whose rolling
+/// spring goes on by a substep.
+pub(super) fn resist_turning(
+    layout: &Layout,
+    pair: &mut Pair,
+    kinematics: &Kinematics,
+    meeting: &Meeting,
+    normal: f64,
+) -> Vector3<f64> {
+    let h = kinematics.h;
+    let material = &layout.law(pair).material;
+    let lever =
+        if pair.round { material.rolling_friction } else { material.friction * meeting.spread };
+    if lever == 0.0 || normal <= 0.0 {
+        return Vector3::zeros();
     }
+    // A contact that has hardly begun is as stiff as its spring at the depth of a substep's
+    // way.
+    let depth = kinematics.overlap.max(0.5 * h * kinematics.approach.abs()).max(f64::MIN_POSITIVE);
+    let Resistance { spin, stiffness, limit, inverse } = if pair.round {
+        Resistance::to_rolling(layout, pair, meeting, normal, depth)
+    } else {
+        Resistance::to_twisting(layout, pair, meeting, normal, depth)
+    };
+    let n = kinematics.normal;
+    let rolled = &mut pair.springs.rolling;
+    let kept = rolled.dot(&n) * n;
+    *rolled = h * spin + if pair.round { *rolled - kept } else { kept };
+    let spring = stiffness * rolled.norm();
+    let (response, its_response) = layout.responses(pair);
+    let turns = response.inertia.max() + its_response.map_or(0.0, |its| its.inertia.max());
+    let turns = h * turns;
+    let rolled = &mut pair.springs.rolling;
+    if spring >= limit {
+        *rolled *= limit / spring;
+        let along = *rolled / rolled.norm();
+        // All of it where that does not turn the spin round.
+        let stops = spin.dot(&along) / turns.max(f64::MIN_POSITIVE);
+        return -limit.min(stops.max(limit / (1.0 + turns * h * stiffness))) * along;
+    }
+    let damper =
+        if inverse > 0.0 { 2.0 * ROLLING_DAMPING * (stiffness / inverse).sqrt() } else { 0.0 };
+    let torque = -(stiffness * *rolled + damper * spin) / (1.0 + turns * (h * stiffness + damper));
+    torque * (limit / torque.norm()).min(1.0)
+}
 
-    /// That of round bodies to rolling.
-    fn rolling(
-        &self,
+impl Resistance {
+    /// The resistance of round bodies to rolling.
+    fn to_rolling(
+        layout: &Layout,
         pair: &Pair,
-        bodies: &[Body],
-        kinematics: &Kinematics,
         meeting: &Meeting,
         normal: f64,
         depth: f64,
     ) -> Resistance {
-        let body = &bodies[pair.first];
-        let other = bodies.get(pair.second);
-        let n = kinematics.normal;
+        let (body, other) = layout.two(pair);
+        let n = meeting.normal;
         let spin = body.spin - other.map_or(Vector3::zeros(), |other| other.spin);
         let reduced = 1.0 / (1.0 / meeting.radii[0] + 1.0 / meeting.radii[1]);
-        let lever = self.law(pair).material.rolling_friction * reduced;
+        let lever = layout.law(pair).material.rolling_friction * reduced;
         let shape = if body.shape().dimension() == 2 { 3.0 } else { 2.25 };
-        let part = |k: usize, body: usize| {
-            let inverse_mass = &self.inverse_masses[body];
-            let mass = inverse_mass.mass.max();
-            let inertia = inverse_mass.inertia.max();
+        let part = |response: &InverseMass, arm: &Vector3<f64>| {
+            let mass = response.mass.max();
+            let inertia = response.inertia.max();
             if mass > 0.0 && inertia > 0.0 {
-                1.0 / (1.0 / inertia + meeting.arms.to[k].norm_squared() / mass)
+                1.0 / (1.0 / inertia + arm.norm_squared() / mass)
             } else {
                 0.0
             }
         };
+        let [arm, its_arm] = &meeting.arms.to;
+        let (response, its_response) = layout.responses(pair);
         Resistance {
             spin: spin - spin.dot(&n) * n,
             stiffness: shape * (normal / depth) * lever * lever,
             limit: lever * normal,
-            inverse: part(0, pair.first) + other.map_or(0.0, |_| part(1, pair.second)),
+            inverse: part(response, arm) + its_response.map_or(0.0, |its| part(its, its_arm)),
         }
     }
 
-    /// That of a patch to turning about its normal.
-    fn twisting(
-        &self,
+    /// The resistance of a patch to turning about its normal.
+    fn to_twisting(
+        layout: &Layout,
         pair: &Pair,
-        bodies: &[Body],
         meeting: &Meeting,
         normal: f64,
         depth: f64,
     ) -> Resistance {
-        let other = bodies.get(pair.second);
+        let (body, other) = layout.two(pair);
         let n = meeting.normal;
-        let spin = bodies[pair.first].spin - other.map_or(Vector3::zeros(), |other| other.spin);
-        let material = &self.law(pair).material;
-        let response = |body: usize| n.dot(&self.inverse_masses[body].inertia.of(&n));
+        let spin = body.spin - other.map_or(Vector3::zeros(), |other| other.spin);
+        let material = &layout.law(pair).material;
+        let about = |response: &InverseMass| n.dot(&response.inertia.of(&n));
+        let (response, its_response) = layout.responses(pair);
         Resistance {
             spin: spin.dot(&n) * n,
             stiffness: material.tangential_ratio * (normal / depth) * meeting.spread.powi(2),
             limit: material.friction * meeting.spread * normal,
-            inverse: response(pair.first) + other.map_or(0.0, |_| response(pair.second)),
+            inverse: about(response) + its_response.map_or(0.0, about),
         }
     }
 }

@@ -129,8 +129,8 @@ pub fn close<const D: usize>(
     let mut e = s.energy;
     let worked = Work::of(domain, s, before, contacts);
     let springs = contacts.map_or(0.0, |c| c.stored(&s.bodies, |k| s.displacement(k)));
-    let walls = contacts.map_or(0.0, Contacts::wall_work);
-    let slid = contacts.map_or(0.0, Contacts::slid);
+    let walls = contacts.map_or(0.0, |c| c.outcome().wall_work);
+    let slid = contacts.map_or(0.0, |c| c.outcome().friction_loss);
     e.fluid = match method.mixture().density {
         Coefficient::Uniform(_) => all_cells - inside,
         Coefficient::Field(_) => of_fluid(domain, &s.u, method)?,
@@ -260,7 +260,7 @@ impl Work {
     ) -> Work {
         let mut work = Work::default();
         for (k, (body, before)) in s.bodies.iter().zip(before).enumerate() {
-            let impulse = contacts.map(|c| c.impulses()[k]).unwrap_or_default();
+            let impulse = contacts.map(|c| c.outcome().impulse(k)).unwrap_or_default();
             let struck = impulse != Impulse::default();
             let way = if struck {
                 nearest_image(&before.centre, &body.centre, &domain.periods())

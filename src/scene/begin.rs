@@ -53,7 +53,11 @@ impl<const D: usize> Scene<D> {
             }
             (body.angle, body.orientation) = (ended.angle, ended.orientation);
         }
-        if self.method.contacts().is_none_or(|contacts| contacts.check(&s.touching).is_err()) {
+        if self
+            .method
+            .contacts()
+            .is_none_or(|contacts| contacts.setup().check(&s.touching).is_err())
+        {
             s.touching = fresh.touching;
         }
         s.waiting = fresh.waiting;

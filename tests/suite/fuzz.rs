@@ -147,7 +147,7 @@ impl Whole {
                     bodies,
                     max_speed: 1.0,
                     deepest: 0.0,
-                    touched: &[],
+                    contacts: &[],
                 },
                 0.0,
             );

@@ -1,6 +1,7 @@
 //! The correction of contact impulses, and the bound on their work.
 
 use super::*;
+use crate::particles::RigidVelocity;
 use nalgebra::{DMatrix, DVector};
 
 /// Steps (s): one in which nothing moves far, and one in which a contact ends.
@@ -9,11 +10,11 @@ const LONG: f64 = 5e-3;
 
 /// Changes of velocity and spin by the correction impulses.
 fn moved(
-    contacts: &Contacts,
+    impulses: &Impulses,
     bodies: &[Body],
     given: &[Impulse],
 ) -> [(Vector3<f64>, Vector3<f64>); 2] {
-    [0, 1].map(|k| (given[k].linear / bodies[k].mass(), contacts.turned_by(k, &given[k].angular)))
+    [0, 1].map(|k| (given[k].linear / bodies[k].mass(), impulses.turned_by(k, &given[k].angular)))
 }
 
 /// Two bodies pressed together, and a velocity residual of the first: the residuals of approach and
@@ -35,20 +36,23 @@ fn corrected(
     let mut contacts = Touched::new(law.within(medium));
     let pull = Accelerations { acceleration: 2.0 * along, ..Accelerations::default() };
     contacts.advance(&mut bodies, &[pull, Accelerations::default()], dt).unwrap();
-    let pressed = contacts.impulses()[0].linear.norm();
-    let residuals = [[off[0] * along + off[1] * across, Vector3::zeros()], Default::default()];
+    let pressed = contacts.outcome().impulse(0).linear.norm();
+    let off = off[0] * along + off[1] * across;
+    let residuals =
+        [RigidVelocity { velocity: off, spin: Vector3::zeros() }, RigidVelocity::default()];
     let mut given = [Impulse::default(); 2];
-    contacts.law.correct(&bodies, &residuals, &mut given, dt);
+    let mut impulses = contacts.law.impulses();
+    impulses.correct(&bodies, &residuals, &mut given, dt);
 
     let (arm, size) = (bodies[1].centre - bodies[0].centre, given[0].linear.norm());
     assert!((given[0].linear + given[1].linear).norm() < 1e-12 * size, "momentum");
     let turning = given[0].angular + given[1].angular + arm.cross(&given[1].linear);
     assert!(turning.norm() < 1e-9 * size * arm.norm(), "angular momentum: {turning}");
 
-    let [(one, spun), (other, its)] = moved(&contacts, &bodies, &given);
+    let [(one, spun), (other, its)] = moved(&impulses, &bodies, &given);
     let overlap = 0.016 - arm.norm();
     let arms = [0.01 - 0.5 * overlap, 0.006 - 0.5 * overlap];
-    let apart = residuals[0][0] + one - other;
+    let apart = residuals[0].velocity + one - other;
     let slip = apart + (arms[0] * spun + arms[1] * its).cross(&along);
     (
         [apart.dot(&along), slip.dot(&across)],
@@ -171,41 +175,45 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
     const DENSITY: f64 = 1000.0;
     let before: Vec<Body> = bodies.to_vec();
     law.advance(bodies, &vec![Accelerations::default(); bodies.len()], dt).unwrap();
-    let expected: Vec<_> = bodies.iter().map(|body| (body.velocity, body.spin)).collect();
+    let motion = |body: &Body| RigidVelocity { velocity: body.velocity, spin: body.spin };
+    let expected: Vec<RigidVelocity> = bodies.iter().map(motion).collect();
     let response = Response::new(bodies, DENSITY, factor);
     for (body, before) in bodies.iter_mut().zip(&before) {
         (body.velocity, body.spin) = (before.velocity, before.spin);
     }
     let without = response.energy(bodies);
-    let parts = law.law.find_clusters(bodies, |k| [expected[k].0, expected[k].1]);
+    let given: Vec<_> = (0..bodies.len()).map(|k| law.outcome().impulse(k)).collect();
+    let mut impulses = law.law.impulses();
+    let parts = impulses.find_clusters(bodies, |k| expected[k]);
     if parts {
-        law.law.note_without(bodies);
+        impulses.note_without(bodies);
     }
-    response.apply(bodies, law.law.impulses());
-    law.law.find_response(bodies);
-    let residual = |(body, (velocity, spin)): (&Body, &(Vector3<f64>, Vector3<f64>))| {
-        let turned = if body.is_round() { Vector3::zeros() } else { body.spin - spin };
-        [body.velocity - velocity, turned]
+    response.apply(bodies, &given);
+    impulses.find_response(bodies);
+    let residual = |(body, expected): (&Body, &RigidVelocity)| {
+        let turned = if body.is_round() { Vector3::zeros() } else { body.spin - expected.spin };
+        RigidVelocity { velocity: body.velocity - expected.velocity, spin: turned }
     };
     let residuals: Vec<_> = bodies.iter().zip(&expected).map(residual).collect();
     let mut given = vec![Impulse::default(); bodies.len()];
-    law.law.correct(bodies, &residuals, &mut given, dt);
+    impulses.correct(bodies, &residuals, &mut given, dt);
     response.apply(bodies, &given);
-    let late = law.law.find_late_parting(bodies);
+    let late = impulses.find_late_parting(bodies);
     if late {
         let mut without = bodies.to_vec();
         let out = |i: Impulse| Impulse { linear: -i.linear, angular: -i.angular };
-        let out: Vec<_> = (0..bodies.len()).map(|k| out(law.law.impulse_of_touch(k))).collect();
+        let out: Vec<_> = (0..bodies.len()).map(|k| out(impulses.impulse_of_touch(k))).collect();
         response.apply(&mut without, &out);
-        law.law.note_without(&without);
+        impulses.note_without(&without);
     }
-    let taken = if parts || late { law.law.bound_work(bodies) } else { 0.0 };
+    let taken = if parts || late { impulses.bound_work(bodies) } else { 0.0 };
     if taken > 0.0 {
-        law.law.reduce(bodies, &mut given);
+        impulses.reduce(bodies, &mut given);
         response.apply(bodies, &given);
     }
-    let released =
-        law.law.pairs.iter().map(|pair| pair.stored - law.law.stored_in(pair, bodies)).sum::<f64>();
+    let layout = law.layout(bodies);
+    let released = |pair: &Pair| pair.springs.stored - layout.stored(pair);
+    let released = law.pairs.list.iter().map(released).sum::<f64>();
     let now = response.energy(bodies);
     [now - without - released, now - without - released.max(0.0), taken]
 }

@@ -3,7 +3,7 @@
 use super::crowd::Dice;
 use super::solids::{self, Parts, free, kinetic, momenta};
 use super::*;
-use crate::contact::meeting::Met;
+use crate::contact::pair::Met;
 use mics_shapes::Core;
 
 const G: f64 = 9.81;
@@ -166,7 +166,7 @@ fn impact(shape: &Parts, law: Material, dice: &mut Dice) -> Option<[f64; 2]> {
     let (mut touched, mut most, mut after) = (false, 0.0f64, 0);
     for _ in 0..60 {
         pair.advance(&mut two, &[Accelerations::default(); 2], 0.04 * radius / v).unwrap();
-        let touches = pair.impulses()[0].linear != Vector3::zeros();
+        let touches = pair.outcome().impulse(0).linear != Vector3::zeros();
         touched |= touches;
         after = if touches || !touched { 0 } else { after + 1 };
         most = most.max(kinetic(&two) / start - 1.0);
@@ -257,7 +257,7 @@ fn sphere_over_face_and_edge_of_box_keeps_energy() {
     for _ in 0..280 {
         pair.advance(&mut two, &[Accelerations::default(), falling(0.0)], 1e-3).unwrap();
         worst = worst.max((energy(&pair, &two) - start).abs() / scale);
-        flew |= two[1].centre.x > 0.08 && !pair.touched()[1];
+        flew |= two[1].centre.x > 0.08 && !pair.outcome().bodies[1].touched;
     }
     println!("energy changed by {worst:.1e} of {scale:.1e} J, {:?}", two[1].centre);
     assert!(flew && two[1].centre.y < 0.06 && worst < 1e-3, "{worst:e} {:?}", two[1].centre);
@@ -291,7 +291,7 @@ fn pile_of_convex_bodies_comes_to_rest() {
         let mut all = contacts(&bodies, law, size, &[0, 1, 2][..dimension], Substeps::Auto);
         let pull = vec![falling(0.0); bodies.len()];
         let scale: f64 = bodies.iter().map(|b| b.mass() * G * b.radius()).sum();
-        let room = |c: &Contacts| c.pairs.capacity() + c.old.capacity() + c.neighbours.capacity();
+        let room = |c: &Contacts| c.pairs.capacity();
         let (mut taken, before) = (0, room(&all));
         for _ in 0..700 {
             taken += all.advance(&mut bodies, &pull, 1e-3).unwrap();
@@ -364,7 +364,7 @@ fn lubrication_of_parts_conserves_momentum() {
         pair.advance(&mut two, &still, 5e-4).unwrap();
     }
     let (end, left) = (momenta(&two), kinetic(&two) / energy);
-    println!("keeps {left:.4} of its energy, {:?}", pair.touched());
+    println!("keeps {left:.4} of its energy, {:?}", pair.outcome().bodies);
     assert!((end[0] - start[0]).norm() < 1e-12 * start[0].norm());
     assert!((end[1] - start[1]).norm() < 1e-4 * start[0].norm() * 0.01);
     assert!(left < 0.95, "{left}");
@@ -384,20 +384,20 @@ fn meeting_at_end_of_substep_follows_from_its_middle() {
     let law = stiff(1e5, 1.0, 0.0);
     let off = |h: f64| {
         let mut held = contacts(&two, law, [0.1; 3], &[0, 1, 2], Substeps::Auto).law;
-        let none = [Accelerations::default(); 2];
-        held.begin(&two, &Touching::default(), &none, |_, body| body.inertia());
-        held.search(&two, 0.01, false);
-        held.turn_to_middle(&two, h);
-        let pair = held.pairs[0];
-        let middle = held.closest(&pair, &two, h);
+        held.meet(&two);
+        let Contacts { setup, pairs, states, .. } = &mut held;
+        pairs.search(setup, states, &two, 0.01, false);
+        states.iter_mut().zip(&two).for_each(|(state, body)| state.turn_to_middle(body, h));
+        let pair = held.pairs.list[0];
+        let middle = held.layout(&two).closest(&pair, h);
         let mut moved = two.clone();
         for body in &mut moved {
             body.centre += h * body.velocity;
             body.turn_freely(h);
         }
-        let exact = held.closest(&pair, &moved, 0.0);
+        let exact = held.layout(&moved).closest(&pair, 0.0);
         let met = Met { meeting: middle, age: 0.5 * h, gone: 0.0 };
-        let found = held.at_end(&pair, &moved, &met);
+        let found = held.layout(&moved).at_end(&pair, &met);
         let apart = |to: &[Vector3<f64>; 2]| to[0] - to[1];
         assert!((apart(&found.arms.to) - apart(&exact.arms.to)).norm() < 1e-15);
         (found.overlap - exact.overlap).abs()

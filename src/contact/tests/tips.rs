@@ -97,10 +97,10 @@ fn throw(body: &Body, wall: &Body, law: Material, steepest: f64, dice: &mut Dice
     let mut deepest = 0.0f64;
     for _ in 0..200 {
         held.advance(&mut all, &[Accelerations::default(); 2], 0.02 * radius / v).unwrap();
-        if held.impulses()[0].linear == Vector3::zeros() {
+        if held.outcome().impulse(0).linear == Vector3::zeros() {
             most = most.max(kinetic(&all[..1]) / start - 1.0);
         }
-        deepest = deepest.max(held.deepest());
+        deepest = deepest.max(held.outcome().deepest);
     }
     (most, deepest)
 }

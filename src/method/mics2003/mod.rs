@@ -134,7 +134,7 @@ impl<const D: usize> Method<D> for Mics2003<D> {
 
     fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         if let Some(contacts) = &self.contacts {
-            contacts.check(&s.touching)?;
+            contacts.setup().check(&s.touching)?;
         }
         self.find_overlaps(domain, s, |_| true);
         self.mix_fields(domain, s)?;

@@ -87,13 +87,14 @@ impl<const D: usize> Mics2003<D> {
         let periods = domain.periods();
         match &mut self.contacts {
             Some(contacts) => {
-                substeps = contacts.advance(
+                let outcome = contacts.advance(
                     &mut s.bodies,
                     &mut s.touching,
                     &self.accelerations,
                     |_, body| body.inertia(),
                     dt,
-                )?
+                )?;
+                substeps = outcome.substeps;
             }
             None => {
                 let bodies = s.bodies.iter_mut().zip(&self.accelerations);
@@ -109,7 +110,7 @@ impl<const D: usize> Mics2003<D> {
     /// their contacts, and counts what these gave.
     pub(super) fn settle(&self, s: &mut State<D>, dt: f64) {
         for (k, body) in s.bodies.iter_mut().enumerate() {
-            let impulse = self.contacts.as_ref().map(|contacts| contacts.impulses()[k]);
+            let impulse = self.contacts.as_ref().map(|contacts| contacts.outcome().impulse(k));
             let impulse = impulse.unwrap_or_default();
             s.exchange[k].contact = impulse.linear / dt;
             let Some(freedom) = body.freedom() else { continue };

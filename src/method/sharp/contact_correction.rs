@@ -13,7 +13,7 @@
 use super::pressure_step::PressureStep;
 use super::{Sharp, history};
 use crate::Result;
-use crate::contact::{Contacts, Impulse};
+use crate::contact::{Impulse, Impulses};
 use crate::particles::RigidVelocity;
 use crate::poisson::pressure::Projected;
 use crate::state::State;
@@ -25,7 +25,7 @@ const RESPONSE_DIGITS: f64 = 0.5;
 
 /// Scratch, per body.
 pub struct Work {
-    residuals: Vec<[Vector3<f64>; 2]>,
+    residuals: Vec<RigidVelocity>,
     corrections: Vec<Impulse>,
     followed: Vec<f64>,
 }
@@ -34,7 +34,7 @@ impl Work {
     /// That of so many bodies.
     pub fn new(n: usize) -> Work {
         Work {
-            residuals: vec![[Vector3::zeros(); 2]; n],
+            residuals: vec![RigidVelocity::default(); n],
             corrections: vec![Impulse::default(); n],
             followed: vec![0.0; n],
         }
@@ -47,30 +47,29 @@ impl Work {
 /// # Errors
 /// As [`PressureStep::solve`].
 pub fn solve<const D: usize>(
-    contacts: &mut Contacts,
+    impulses: &mut Impulses,
     step: &mut PressureStep<D>,
     work: &mut Work,
 ) -> Result<(Projected, f64)> {
     let mut done = Projected::default();
     let motions = step.motions();
-    let expected = |k: usize| [motions[k].expected.velocity, motions[k].expected.spin];
-    let parts = contacts.find_clusters(step.bodies(), expected);
+    let parts = impulses.find_clusters(step.bodies(), |k| motions[k].expected);
     if parts {
-        done.add(find_without(contacts, step, work)?);
+        done.add(find_without(impulses, step, work)?);
     }
     done.add(step.solve(Some(RESPONSE_DIGITS))?);
-    contacts.find_response(step.bodies());
-    correct(contacts, step, work);
+    impulses.find_response(step.bodies());
+    correct(impulses, step, work);
     done.add(step.solve(None)?);
-    let late = contacts.find_late_parting(step.bodies());
+    let late = impulses.find_late_parting(step.bodies());
     if late {
-        done.add(find_without(contacts, step, work)?);
+        done.add(find_without(impulses, step, work)?);
         done.add(step.solve(None)?);
     }
-    let taken = if parts || late { contacts.bound_work(step.bodies()) } else { 0.0 };
+    let taken = if parts || late { impulses.bound_work(step.bodies()) } else { 0.0 };
     if taken > 0.0 {
-        contacts.reduce(step.bodies(), &mut work.corrections);
-        step.apply(contacts, &work.corrections);
+        impulses.reduce(step.bodies(), &mut work.corrections);
+        step.apply(impulses, &work.corrections);
         done.add(step.solve(None)?);
     }
     Ok((done, taken))
@@ -79,42 +78,43 @@ pub fn solve<const D: usize>(
 /// Finds the velocities without the impulses of touch of the clusters that part, by a rough solve.
 /// Collective.
 fn find_without<const D: usize>(
-    contacts: &mut Contacts,
+    impulses: &mut Impulses,
     step: &mut PressureStep<D>,
     work: &mut Work,
 ) -> Result<Projected> {
-    apply_touch(contacts, step, work, -1.0);
+    apply_touch(impulses, step, work, -1.0);
     let done = step.solve(Some(RESPONSE_DIGITS))?;
-    contacts.note_without(step.bodies());
-    apply_touch(contacts, step, work, 1.0);
+    impulses.note_without(step.bodies());
+    apply_touch(impulses, step, work, 1.0);
     Ok(done)
 }
 
 /// Corrects the impulses of contacts by what the pressure has made of them.
-fn correct<const D: usize>(contacts: &mut Contacts, step: &mut PressureStep<D>, work: &mut Work) {
+fn correct<const D: usize>(impulses: &mut Impulses, step: &mut PressureStep<D>, work: &mut Work) {
     let Work { residuals, corrections, .. } = work;
     for ((residual, body), motion) in residuals.iter_mut().zip(step.bodies()).zip(step.motions()) {
         let RigidVelocity { velocity, spin } = motion.expected;
         let turned = if body.is_round() { Vector3::zeros() } else { body.spin - spin };
-        let free = body.freedom().map(|_| [body.velocity - velocity, turned]);
+        let moved = RigidVelocity { velocity: body.velocity - velocity, spin: turned };
+        let free = body.freedom().map(|_| moved);
         *residual = free.unwrap_or_default();
     }
-    contacts.correct(step.bodies(), residuals, corrections, step.dt());
-    step.apply(contacts, corrections);
+    impulses.correct(step.bodies(), residuals, corrections, step.dt());
+    step.apply(impulses, corrections);
 }
 
 /// Gives the bodies of the clusters that part a multiple of the impulses of touch.
 fn apply_touch<const D: usize>(
-    contacts: &Contacts,
+    impulses: &Impulses,
     step: &mut PressureStep<D>,
     work: &mut Work,
     factor: f64,
 ) {
     for (k, correction) in work.corrections.iter_mut().enumerate() {
-        let Impulse { linear, angular } = contacts.impulse_of_touch(k);
+        let Impulse { linear, angular } = impulses.impulse_of_touch(k);
         *correction = Impulse { linear: factor * linear, angular: factor * angular };
     }
-    step.apply(contacts, &work.corrections);
+    step.apply(impulses, &work.corrections);
 }
 
 impl<const D: usize> Sharp<D> {

@@ -260,7 +260,7 @@ impl<const D: usize> Sharp<D> {
                 motion.pressure.force + motion.shear.force
             };
             motion.spin_lost = swirl - before.1 - spun;
-            let struck = self.contacts.as_ref().map(|c| c.impulses()[k]).unwrap_or_default();
+            let struck = self.contacts.as_ref().map(|c| c.outcome().impulse(k)).unwrap_or_default();
             let felt = motion.pressure.force + motion.shear.force + histories[k].filtered_defect;
             // What moved a free body, the resistance to changes within the step included.
             let moved = body.freedom().map(|freedom| {

@@ -238,7 +238,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
 
     fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
         if let Some(contacts) = &self.contacts {
-            contacts.check(&s.touching)?;
+            contacts.setup().check(&s.touching)?;
         }
         // Ghosts depend on which boundaries bodies are near to.
         self.settle(domain, &s.bodies)?;
@@ -369,8 +369,8 @@ impl<const D: usize> Sharp<D> {
                 + domain.felt(&s.drive, body.volume())
                 + driven;
             let beside = self.contacts.as_ref().filter(|contacts| contacts.is_paired(k));
-            let mass =
-                beside.map_or(body.mass() + added, |contacts| contacts.mass_in_contact(body));
+            let mass = beside
+                .map_or(body.mass() + added, |contacts| contacts.setup().mass_in_contact(body));
             body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / mass)
         };
         let all = history(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(forces);

@@ -143,13 +143,10 @@ impl<const D: usize> Sharp<D> {
                 let motions = &self.motions;
                 let turning =
                     |k: usize, body: &Body| turning(body, &motions[k].surface_moments, unit, dt);
-                s.substeps = contacts.advance(
-                    &mut s.bodies,
-                    &mut s.touching,
-                    &self.work.accelerations,
-                    turning,
-                    dt,
-                )?;
+                let accelerations = &self.work.accelerations;
+                let outcome =
+                    contacts.advance(&mut s.bodies, &mut s.touching, accelerations, turning, dt)?;
+                s.substeps = outcome.substeps;
             }
             None => {
                 let bodies = s.bodies.iter_mut().zip(&self.work.accelerations);
@@ -176,7 +173,8 @@ impl<const D: usize> Sharp<D> {
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, forces) in forces.iter().enumerate() {
             let SurfaceForces { pressure, shear } = *forces;
-            let impulse = self.contacts.as_ref().map_or(Impulse::default(), |c| c.impulses()[k]);
+            let impulse =
+                self.contacts.as_ref().map(|c| c.outcome().impulse(k)).unwrap_or_default();
             let body = &mut s.bodies[k];
             let motion = &mut self.motions[k];
             let history = &mut histories[k];
@@ -214,8 +212,9 @@ impl<const D: usize> Sharp<D> {
                 // Contacts have had no part in what they did not expect, and would take it back
                 // with the next step only.
                 let unexpected = body.spin - motion.expected.spin;
+                let outcome = contacts.outcome();
                 let held = Vector3::from_fn(|a, _| {
-                    (1.0 - contacts.contact_damping(k, inertia.about(a), dt)) * unexpected[a]
+                    (1.0 - outcome.contact_damping(k, inertia.about(a), dt)) * unexpected[a]
                 });
                 body.spin -= held;
                 contacts.add_turn(k, &-inertia.of(&held));
@@ -242,11 +241,12 @@ impl<const D: usize> Sharp<D> {
             let unit = (domain.fluid.viscosity / self.cut.h, slope_weights());
             let inertia = turning(body, &motion.surface_moments, unit, dt);
             let contacts = self.contacts.as_ref();
-            let impulse = contacts.map_or_else(Impulse::default, |contacts| contacts.impulses()[k]);
+            let impulse = contacts.map_or_else(Impulse::default, |c| c.outcome().impulse(k));
             // An impact ends with the step, and the fluid's response to it does not last.
             let without = contacts.and_then(|contacts| contacts.velocity_without(k));
             let without = without.unwrap_or_else(|| {
-                let mass = contacts.map_or(body.mass(), |contacts| contacts.mass_in_contact(body));
+                let mass =
+                    contacts.map_or(body.mass(), |contacts| contacts.setup().mass_in_contact(body));
                 body.velocity - impulse.linear / mass
             });
             // Nor does what the spin changes by as the angular momentum turns along: bodies do that

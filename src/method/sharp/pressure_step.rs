@@ -13,7 +13,7 @@ use super::modes::{self, Modes};
 use super::motion::BodyMotion;
 use super::sums::{Response, Sums};
 use crate::Result;
-use crate::contact::{Contacts, Impulse};
+use crate::contact::{Impulse, Impulses};
 use crate::domain::Domain;
 use crate::drive::Driving;
 use crate::grid::{Boundaries, Grid, VectorField};
@@ -89,12 +89,12 @@ impl<'a, const D: usize> PressureStep<'a, D> {
     }
 
     /// Gives all free bodies, and their faces, impulses of contacts.
-    pub fn apply(&mut self, contacts: &Contacts, impulses: &[Impulse]) {
+    pub fn apply(&mut self, impulses: &Impulses, given: &[Impulse]) {
         let Following { coupled, motions, .. } = &mut self.following;
-        for (k, impulse) in impulses.iter().enumerate() {
+        for (k, impulse) in given.iter().enumerate() {
             let Some(freedom) = coupled.bodies()[k].freedom() else { continue };
             let change = freedom.along(&impulse.linear) / motions[k].inertia;
-            coupled.change(k, &change, &contacts.turned_by(k, &impulse.angular));
+            coupled.change(k, &change, &impulses.turned_by(k, &impulse.angular));
         }
     }
 }

@@ -191,7 +191,9 @@ impl<const D: usize> Sharp<D> {
         let in_contact = contacts.as_mut().filter(|contacts| contacts.gave(&s.bodies, dt));
         let mut step = PressureStep::new(domain, cut, s, (modes, motions, sums), dt)?;
         let (projected, taken) = match in_contact {
-            Some(contacts) => contact_correction::solve(contacts, &mut step, &mut work.contacts)?,
+            Some(contacts) => {
+                contact_correction::solve(&mut contacts.impulses(), &mut step, &mut work.contacts)?
+            }
             None => (step.solve(None)?, 0.0),
         };
         s.energy.bounded += taken;

@@ -167,7 +167,7 @@ impl View<'_> {
 
     /// Whether it touches something.
     pub fn touches(&self) -> bool {
-        self.step.touched.get(self.particle).copied().unwrap_or(false)
+        self.step.contacts.get(self.particle).is_some_and(|contacts| contacts.touched)
     }
 
     /// The particles that the measure is of.

@@ -6,6 +6,7 @@ mod series;
 #[cfg(test)]
 mod tests;
 
+use crate::contact::BodyOutcome;
 use crate::particles::Body;
 use crate::state::Exchange;
 pub use series::{Series, series};
@@ -31,6 +32,6 @@ pub struct Sample<'a> {
     pub max_speed: f64,
     /// Deepest overlap of contacts (m).
     pub deepest: f64,
-    /// Per particle, whether it touched something; empty without contacts.
-    pub touched: &'a [bool],
+    /// Per particle, what contacts did to it; empty without contacts.
+    pub contacts: &'a [BodyOutcome],
 }

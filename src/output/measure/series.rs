@@ -5,6 +5,7 @@ use super::{Remark, Sample};
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{self, Case, MeasureKind, When};
+use crate::contact::Contacts;
 use crate::output::fit::{self, Morison};
 use crate::output::midline;
 use crate::output::survey::survey;
@@ -265,15 +266,14 @@ impl Series {
     /// When ranks cannot sum.
     pub fn take<const D: usize>(&mut self, scene: &Scene<D>, largest_speed: f64) -> Result<()> {
         let state = &scene.state;
-        let contacts = scene.method.contacts();
-        let (deepest, touched) = contacts.map_or((0.0, &[][..]), |c| (c.deepest(), c.touched()));
+        let outcome = scene.method.contacts().map(Contacts::outcome);
         let step = Sample {
             time: state.time,
             exchange: &state.exchange,
             bodies: &state.bodies,
             max_speed: largest_speed,
-            deepest,
-            touched,
+            deepest: outcome.map_or(0.0, |outcome| outcome.deepest),
+            contacts: outcome.map_or(&[], |outcome| &outcome.bodies),
         };
         let measure = &self.measure;
         let of_box = if measure.kind.is_of_box() && step.time >= measure.from {

@@ -3,6 +3,7 @@
 use super::kinds::frequency;
 use super::*;
 use crate::config::{When, Which, written};
+use crate::contact::Impulse;
 use crate::particles::{Motion, Oscillation};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -22,10 +23,16 @@ fn disc() -> Body {
     body
 }
 
+const TOUCHED: BodyOutcome = BodyOutcome {
+    impulse: Impulse { linear: Vector3::new(0.0, 0.0, 0.0), angular: Vector3::new(0.0, 0.0, 0.0) },
+    touched: true,
+    damping: 0.0,
+};
+
 fn at<'a>(time: f64, exchange: &'a [Exchange], bodies: &'a [Body]) -> Sample<'a> {
     let touches = exchange.first().is_some_and(|e| e.contact != Vector3::zeros());
-    let touched = if touches { &[true] } else { &[false] };
-    Sample { time, exchange, bodies, max_speed: 0.0, deepest: 1e-3 * time, touched }
+    let contacts: &[BodyOutcome] = if touches { &[TOUCHED] } else { &[] };
+    Sample { time, exchange, bodies, max_speed: 0.0, deepest: 1e-3 * time, contacts }
 }
 
 fn pushed(momentum: Vector3<f64>) -> Exchange {

@@ -12,7 +12,7 @@ fn moving_obstacle_carries_sphere_as_sliding_wall_does() {
     let belt = vector![0.2, 0.0, -0.1];
     let mut on_wall = vec![sphere.clone()];
     let mut wall = contacts(&on_wall, law, SIZE, &[0, 1, 2], Substeps::Auto);
-    wall.law.walls.iter_mut().filter(|w| w.axis == 1).for_each(|w| w.velocity = belt);
+    wall.law.setup.walls.iter_mut().filter(|w| w.axis == 1).for_each(|w| w.velocity = belt);
     let mut on_belt = vec![sphere, standing(bed(10, |_, _| BED), SIZE)];
     on_belt[0].centre.y += BED;
     (on_belt[1].motion, on_belt[1].velocity) = (Motion::Prescribed(None), belt);
@@ -94,7 +94,7 @@ fn sphere_rolls_on_across_periodic_side() {
     for _ in 0..600 {
         wall.advance(&mut on_wall, &[accelerations(1.0, -G)], 1e-3).unwrap();
         obstacle.advance(&mut on_bed, &[accelerations(1.0, -G); 2], 1e-3).unwrap();
-        obstacle.check(&obstacle.touching).unwrap();
+        obstacle.setup().check(&obstacle.touching).unwrap();
     }
     let off = on_bed[0].path() - BED * Vector3::y() - on_wall[0].path();
     println!("{:e} m apart at x = {:.3} m", off.norm(), on_wall[0].path().x);
@@ -151,7 +151,7 @@ fn time_of_rain(fine: usize) -> f64 {
         taken += held.advance(&mut all, &push, 1e-3).unwrap();
     }
     let time = begin.elapsed().as_secs_f64();
-    println!("{fine}: {time:.3} s, {taken} substeps, {} pairs", held.pairs.len());
+    println!("{fine}: {time:.3} s, {taken} substeps, {} pairs", held.pairs.list.len());
     time
 }
 
