@@ -9,106 +9,116 @@
 //! ([`crate::kernels::boundary`]), taken from the fields there in every stage. What the two sides
 //! of this line differ by is the error.
 
-use super::{Sharp, history};
+use super::body_motion::BodyMotion;
+use super::history;
+use super::rigid::RigidStep;
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::kernels::boundary::{self, Sides};
+use crate::particles::Body;
 use crate::state::{Balance, Impulses, State};
 use nalgebra::{Matrix3x4, Vector3};
 
-impl<const D: usize> Sharp<D> {
-    /// The momentum of the cells of this rank (kg m/s).
-    fn cells_momentum(domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
-        let mut sum = Vector3::zeros();
-        for (a, u) in s.u.iter().enumerate() {
-            let rows = domain.grid.rows().map(|row| u[row].iter().sum::<f64>());
-            sum[a] = domain.fluid.density * rows.sum::<f64>();
-        }
-        sum * domain.grid.cell_volume()
+/// The momentum of the cells of this rank (kg m/s).
+fn cells_momentum<const D: usize>(domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
+    let mut sum = Vector3::zeros();
+    for (a, u) in s.u.iter().enumerate() {
+        let rows = domain.grid.rows().map(|row| u[row].iter().sum::<f64>());
+        sum[a] = domain.fluid.density * rows.sum::<f64>();
     }
+    sum * domain.grid.cell_volume()
+}
 
-    /// The momentum of everything in the box (kg m/s), of which all cells have `cells`.
-    fn total_momentum(&self, s: &mut State<D>, cells: Vector3<f64>) -> Result<Vector3<f64>> {
-        let histories = &history(&mut s.surfaces)?.bodies;
-        let beside = s.bodies.iter().zip(histories).map(|(body, history)| {
-            let own = if body.freedom().is_some() {
-                body.mass() * body.velocity
-            } else {
-                Vector3::zeros()
-            };
-            own + history.undelivered - history.inside.0
-        });
-        Ok(cells + beside.sum::<Vector3<f64>>())
+/// The momentum of everything in the box (kg m/s), of which all cells have `cells`.
+fn total_momentum<const D: usize>(s: &mut State<D>, cells: Vector3<f64>) -> Result<Vector3<f64>> {
+    let histories = &history(&mut s.surfaces)?.bodies;
+    let beside = s.bodies.iter().zip(histories).map(|(body, history)| {
+        let own =
+            if body.freedom().is_some() { body.mass() * body.velocity } else { Vector3::zeros() };
+        own + history.undelivered - history.inside.0
+    });
+    Ok(cells + beside.sum::<Vector3<f64>>())
+}
+
+/// Starts the balance, where one is kept. Collective.
+///
+/// # Errors
+/// Those of the messages between ranks.
+pub fn begin<const D: usize>(domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
+    if s.balance.is_some() {
+        let mut cells = cells_momentum(domain, s);
+        domain.session.sum(cells.as_mut_slice())?;
+        let momentum = total_momentum(s, cells)?;
+        s.balance = Some(Balance { momentum, ..Balance::default() });
     }
+    Ok(())
+}
 
-    /// Starts the balance, where one is kept. Collective.
-    pub(super) fn balance_from_now(&self, domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
-        if s.balance.is_some() {
-            let mut cells = Self::cells_momentum(domain, s);
-            domain.session.sum(cells.as_mut_slice())?;
-            let momentum = self.total_momentum(s, cells)?;
-            s.balance = Some(Balance { momentum, ..Balance::default() });
-        }
-        Ok(())
-    }
+/// Closes the balance of the step `dt` (s), where one is kept, in whose stages the sides of
+/// this rank pushed the fluid with the forces `sides`. Collective.
+///
+/// # Errors
+/// Those of the messages between ranks.
+pub fn close<const D: usize>(
+    domain: &mut Domain<D>,
+    s: &mut State<D>,
+    rigid: &RigidStep,
+    sides: Sides,
+    dt: f64,
+) -> Result<()> {
+    let Some(before) = s.balance else { return Ok(()) };
+    let pressure = boundary::pressure(&domain.grid, &domain.boundaries, &s.p);
+    let [flow, shear] = [0, 1].map(|k| dt * sides.column(k));
+    let cells = cells_momentum(domain, s);
+    let mut sums = Matrix3x4::from_columns(&[flow, shear, dt * pressure, cells]);
+    domain.session.sum(sums.as_mut_slice())?;
+    let [flow, shear, pressure, cells] = [0, 1, 2, 3].map(|k| sums.column(k).into_owned());
+    let momentum = total_momentum(s, cells)?;
+    let impulses = Impulses {
+        drive: dt * domain.driving_force(s),
+        pressure,
+        shear,
+        flow,
+        ..impulses_of_bodies(domain, s, rigid, dt)
+    };
+    s.balance = Some(Balance::close(
+        [before.momentum, momentum],
+        impulses,
+        angular_error(s, &rigid.motions, dt),
+    ));
+    domain.clock.lap(Stage::Force);
+    Ok(())
+}
 
-    /// Closes the balance of the step `dt` (s), where one is kept, in whose stages the sides of
-    /// this rank pushed the fluid with the forces `sides`. Collective.
-    pub(super) fn close_balance(
-        &self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        sides: Sides,
-        dt: f64,
-    ) -> Result<()> {
-        let Some(before) = s.balance else { return Ok(()) };
-        let pressure = boundary::pressure(&domain.grid, &domain.boundaries, &s.p);
-        let [flow, shear] = [0, 1].map(|k| dt * sides.column(k));
-        let cells = Self::cells_momentum(domain, s);
-        let mut sums = Matrix3x4::from_columns(&[flow, shear, dt * pressure, cells]);
-        domain.session.sum(sums.as_mut_slice())?;
-        let [flow, shear, pressure, cells] = [0, 1, 2, 3].map(|k| sums.column(k).into_owned());
-        let momentum = self.total_momentum(s, cells)?;
-        let impulses = Impulses {
-            drive: dt * domain.driving_force(s),
-            pressure,
-            shear,
-            flow,
-            ..self.impulses_of_bodies(domain, s, dt)
+/// Impulse over the step `dt` (s) of gravity and contacts on the free bodies, less that of the
+/// fluid on held ones, and on free ones along the directions in which they are held (N s).
+fn impulses_of_bodies<const D: usize>(
+    domain: &Domain<D>,
+    s: &State<D>,
+    rigid: &RigidStep,
+    dt: f64,
+) -> Impulses {
+    let mut sums = Impulses { contacts: -dt * rigid.passed_on, ..Impulses::default() };
+    for (body, exchange) in s.bodies.iter().zip(&s.exchange) {
+        let Some(freedom) = body.freedom() else {
+            sums.held -= dt * exchange.momentum;
+            continue;
         };
-        s.balance =
-            Some(Balance::close([before.momentum, momentum], impulses, self.angular_error(s, dt)));
-        domain.clock.lap(Stage::Force);
-        Ok(())
+        let weight = (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
+        sums.gravity += freedom.along(&(dt * weight));
+        sums.contacts += freedom.along(&(dt * exchange.contact));
+        sums.held -= dt * (exchange.momentum - freedom.along(&exchange.momentum));
     }
+    sums
+}
 
-    /// Impulse over the step `dt` (s) of gravity and contacts on the free bodies, less that of the
-    /// fluid on held ones, and on free ones along the directions in which they are held (N s).
-    fn impulses_of_bodies(&self, domain: &Domain<D>, s: &State<D>, dt: f64) -> Impulses {
-        let mut sums = Impulses { contacts: -dt * self.passed_on, ..Impulses::default() };
-        for (body, exchange) in s.bodies.iter().zip(&s.exchange) {
-            let Some(freedom) = body.freedom() else {
-                sums.held -= dt * exchange.momentum;
-                continue;
-            };
-            let weight =
-                (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
-            sums.gravity += freedom.along(&(dt * weight));
-            sums.contacts += freedom.along(&(dt * exchange.contact));
-            sums.held -= dt * (exchange.momentum - freedom.along(&exchange.momentum));
-        }
-        sums
-    }
-
-    /// What the torque misses of the angular momentum that the fluid lost about the free bodies'
-    /// centres over the step `dt` (s), summed over them (kg m2/s).
-    fn angular_error(&self, s: &State<D>, dt: f64) -> f64 {
-        let bodies = s.bodies.iter().zip(&self.motions);
-        let force_defect = |(body, motion): (&crate::particles::Body, &super::BodyMotion)| {
-            body.freedom()
-                .map_or(0.0, |f| f.about(&(motion.spin_lost - dt * motion.torque())).norm())
-        };
-        bodies.map(force_defect).sum()
-    }
+/// What the torque misses of the angular momentum that the fluid lost about the free bodies'
+/// centres over the step `dt` (s), summed over them (kg m2/s).
+fn angular_error<const D: usize>(s: &State<D>, motions: &[BodyMotion], dt: f64) -> f64 {
+    let bodies = s.bodies.iter().zip(motions);
+    let force_defect = |(body, motion): (&Body, &BodyMotion)| {
+        body.freedom().map_or(0.0, |f| f.about(&(motion.spin_lost - dt * motion.torque())).norm())
+    };
+    bodies.map(force_defect).sum()
 }

@@ -11,12 +11,10 @@
 //! ```
 
 use super::pressure_step::PressureStep;
-use super::{Sharp, history};
 use crate::Result;
 use crate::contact::{Impulse, Impulses};
 use crate::particles::RigidVelocity;
 use crate::poisson::pressure::Projected;
-use crate::state::State;
 use nalgebra::Vector3;
 
 /// Part of the digits asked for to which the pressure is found that shows the response to contact
@@ -27,7 +25,8 @@ const RESPONSE_DIGITS: f64 = 0.5;
 pub struct Work {
     residuals: Vec<RigidVelocity>,
     corrections: Vec<Impulse>,
-    followed: Vec<f64>,
+    /// How long contacts carried each body on (s).
+    pub(super) followed: Vec<f64>,
 }
 
 impl Work {
@@ -115,20 +114,4 @@ fn apply_touch<const D: usize>(
         *correction = Impulse { linear: factor * linear, angular: factor * angular };
     }
     step.apply(impulses, &work.corrections);
-}
-
-impl<const D: usize> Sharp<D> {
-    /// Takes the corrections of the positions of bodies in contact for the next step.
-    pub(super) fn take_displacements(&mut self, s: &mut State<D>) -> Result<()> {
-        let Some(contacts) = &self.contacts else { return Ok(()) };
-        let followed = &mut self.work.contacts.followed;
-        contacts.find_followed(&s.bodies, followed);
-        let histories = history(&mut s.surfaces)?.bodies.iter_mut();
-        for (((history, body), motion), time) in
-            histories.zip(&s.bodies).zip(&self.motions).zip(followed)
-        {
-            history.displacement = 0.5 * *time * (body.velocity - motion.expected.velocity);
-        }
-        Ok(())
-    }
 }

@@ -4,19 +4,14 @@
 use super::cut::CutBodies;
 use super::cut_body::CutBody;
 use super::exchanged::ExchangedMomentum;
-use super::gap::Shares;
 use super::sums::{CellMomentum, Sums, SurfaceForces};
 use super::values::Flow;
-use super::{Sharp, StepNumbers, history};
 use crate::Result;
-use crate::clock::Stage;
 use crate::domain::Domain;
-use crate::grid::{BoundaryKind, Grid, VectorField};
+use crate::grid::{Grid, VectorField};
 use crate::method::vector;
-use crate::numerics::{DEFECT_DECAY, DEFECT_TIME};
-use crate::particles::{Body, Load, gap, nearest_image};
-use crate::petsc::LogStage;
-use crate::state::{BodyHistory, Exchange, State};
+use crate::particles::{Body, Load};
+use crate::state::State;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -213,149 +208,5 @@ impl CellMomentum {
             self.inside + fluid_density * body.volume() * body.velocity,
             self.swirl + body.inertia().times(fluid_density / body.density).of(&body.spin),
         )
-    }
-}
-
-impl<const D: usize> Sharp<D> {
-    /// Takes the momentum inside the bodies of these numbers as what was there before. Collective.
-    pub(super) fn take_inside(
-        &mut self,
-        domain: &Domain<D>,
-        s: &mut State<D>,
-        of: impl Fn(usize) -> bool,
-    ) -> Result<()> {
-        self.work.exchanged.fill(ExchangedMomentum::default());
-        let momenta =
-            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.sums)?;
-        let all = history(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(momenta);
-        for ((history, body), momentum) in all.filter(|((_, body), _)| of(body.id)) {
-            history.inside = momentum.whole(domain.fluid.density, body);
-        }
-        Ok(())
-    }
-
-    /// (19): what each body exchanged with the fluid over the step `dt` (s), what it takes in of
-    /// what it missed, and its acceleration without contacts for the next step. Collective.
-    pub(super) fn find_loads(
-        &mut self,
-        domain: &mut Domain<D>,
-        s: &mut State<D>,
-        numbers: StepNumbers,
-        dt: f64,
-    ) -> Result<()> {
-        let _logged = domain.session.log(LogStage::Bodies)?;
-        let momenta =
-            cell_momenta(domain, &self.cut, &self.work.exchanged, s, &mut self.work.sums)?;
-        let histories = &mut history(&mut s.surfaces)?.bodies;
-        for (k, momentum) in momenta.iter().enumerate() {
-            let ExchangedMomentum { linear: given, angular: spun } = momentum.exchanged;
-            let body = &s.bodies[k];
-            let motion = &mut self.motions[k];
-            let (inside, swirl) = momentum.whole(domain.fluid.density, body);
-            let before = std::mem::replace(&mut histories[k].inside, (inside, swirl));
-            // Momentum that advection loses by itself is nobody's force.
-            let lost = if self.prediction.keeps_momentum() {
-                (inside - before.0 - given) / dt - domain.unfelt(&s.drive, body.volume())
-            } else {
-                motion.pressure.force + motion.shear.force
-            };
-            motion.spin_lost = swirl - before.1 - spun;
-            let struck = self.contacts.as_ref().map(|c| c.outcome().impulse(k)).unwrap_or_default();
-            let felt = motion.pressure.force + motion.shear.force + histories[k].filtered_defect;
-            // What moved a free body, the resistance to changes within the step included.
-            let moved = body.freedom().map(|freedom| {
-                let weight =
-                    (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
-                let force = (body.mass() * (body.velocity - motion.start.velocity) - struck.linear)
-                    / dt
-                    - weight;
-                freedom.along(&(force - felt))
-            });
-            let used = felt + moved.unwrap_or_default();
-            (motion.force_defect, motion.used) =
-                (lost - motion.pressure.force - motion.shear.force, used);
-            s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
-        }
-        self.share_defect_of_joined();
-        self.share_force_defect(domain, &s.bodies);
-        let take_in = (numbers.courant / DEFECT_TIME + DEFECT_DECAY * numbers.diffusion).min(1.0);
-        for (motion, BodyHistory { filtered_defect, undelivered, .. }) in
-            self.motions.iter().zip(histories.iter_mut())
-        {
-            *undelivered += dt
-                * (motion.force_defect + motion.pressure.force + motion.shear.force - motion.used);
-            *filtered_defect += take_in * (motion.force_defect - *filtered_defect);
-        }
-        self.take_accelerations(domain, &s.bodies, histories, dt);
-        self.take_displacements(s)?;
-        domain.clock.lap(Stage::Force);
-        Ok(())
-    }
-
-    /// Shares what pressure and wall shear miss of obstacles that are one solid among them by the
-    /// areas of their walls: where one ends within the solid, the cells cannot tell.
-    fn share_defect_of_joined(&mut self) {
-        for (k, joined) in self.cut.joined.iter().enumerate() {
-            // Once for all of them, by the first.
-            if joined.first().is_none_or(|(first, _)| *first != k) {
-                continue;
-            }
-            let mut area = 0.0;
-            let mut whole = Vector3::zeros();
-            for motion in joined.iter().map(|(j, _)| &self.motions[*j]) {
-                area += motion.surface_moments.0;
-                whole += motion.force_defect;
-            }
-            for (j, _) in joined {
-                let motion = &mut self.motions[*j];
-                motion.force_defect = motion.surface_moments.0 / area * whole;
-            }
-        }
-    }
-
-    /// Takes from what pressure and wall shear miss the part that two bodies with a gap between
-    /// them that the grid does not resolve would do to each other along the line between their
-    /// nearest points, or a wall to a body: whose it is of what the fluid lost there the cells
-    /// cannot tell, and taken in with a delay it would be spurious work. The sum of a pair's stays.
-    fn share_force_defect(&mut self, domain: &Domain<D>, bodies: &[Body]) {
-        let cut = &self.cut;
-        let motions = &mut self.motions;
-        let periods = domain.periods();
-        self.passed_on = Vector3::zeros();
-        for i in 0..bodies.len() {
-            for &j in cut.near.near[i].iter().filter(|j| **j > i) {
-                let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &periods);
-                let (n, gap) = gap(&bodies[i], &bodies[j], &apart);
-                let share = Shares::of(gap / cut.h).across;
-                let free = [i, j].map(|k| bodies[k].freedom().is_some());
-                let along = share * (motions[i].force_defect - motions[j].force_defect).dot(&n);
-                let (of_i, of_j) = match free {
-                    [true, true] => (0.5 * along, -0.5 * along),
-                    _ => (
-                        share * motions[i].force_defect.dot(&n),
-                        share * motions[j].force_defect.dot(&n),
-                    ),
-                };
-                motions[i].force_defect -= of_i * n;
-                motions[j].force_defect -= of_j * n;
-                // Nothing of a free pair; else it is left to what holds the other.
-                self.passed_on += (of_i + of_j) * n;
-            }
-            let reach = bodies[i].reach();
-            for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
-                let spans = match domain.boundaries.kinds[a][side] {
-                    Some(BoundaryKind::Velocity(_)) => 1.0,
-                    // To the body's own image.
-                    Some(BoundaryKind::Slip) => 2.0,
-                    _ => continue,
-                };
-                let centre = bodies[i].centre[a];
-                let distance = if side == 0 { centre } else { domain.grid.size[a] - centre };
-                let share = Shares::of(spans * (distance - reach[a]) / cut.h).across
-                    * motions[i].force_defect[a];
-                motions[i].force_defect[a] -= share;
-                self.passed_on[a] += share;
-            }
-        }
     }
 }

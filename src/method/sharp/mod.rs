@@ -67,6 +67,7 @@
 mod acceleration;
 mod apertures;
 mod balance;
+mod body_motion;
 mod boundaries;
 mod contact_correction;
 mod coupled;
@@ -74,49 +75,53 @@ pub mod cut;
 mod cut_body;
 mod cut_cells;
 mod exchanged;
-mod faces;
+mod face_correction;
 mod gap;
 mod image_point;
 mod impulsive_start;
 mod load;
 mod local;
 mod modes;
-mod motion;
 mod near;
 mod neighbour;
 mod normal;
 mod pressure_step;
 mod profile;
+mod rigid;
 mod seen;
 mod shared;
 mod shared_cell;
 mod stencil;
-mod step;
+mod step_numbers;
 mod sums;
+mod surfaces;
 mod values;
 
 use super::momentum::Mixture;
 use super::prediction::Prediction;
 use super::{Kind, Method};
+use crate::clock::Stage;
 use crate::contact::{Contacts, Medium};
 use crate::domain::Domain;
 use crate::geometry::{Cut, Overlap};
 use crate::grid::VectorField;
-use crate::kernels::faces::FaceCoefficient;
+use crate::kernels::boundary::Sides;
+use crate::kernels::faces::{self, FaceCoefficient};
 use crate::numerics::IMAGE_POINT;
-use crate::particles::{Accelerations, Body};
+use crate::particles::Body;
+use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
-use crate::state::{Balance, Exchange, State, SurfaceHistory};
+use crate::state::{Balance, BeforeForcing, Exchange, State, SurfaceHistory};
 use crate::{Error, Result};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
-use exchanged::ExchangedMomentum;
 pub use gap::reach as gap_reach;
 use modes::Modes;
-use motion::BodyMotion;
-use nalgebra::Vector3;
-use sums::Sums;
+use pressure_step::PressureStep;
+use rigid::RigidStep;
+use step_numbers::StepNumbers;
+use surfaces::Surfaces;
 
 /// Depth to which the profile is continued into a body (spacings): the fifth-order upwind value of
 /// a face at the surface is from cells so far from it.
@@ -126,54 +131,10 @@ const PROFILE_DEPTH: f64 = 2.5;
 pub struct Sharp<const D: usize> {
     mixture: Mixture,
     prediction: Prediction<D>,
-    contacts: Option<Contacts>,
     cut: CutBodies<D>,
     acceleration: PressureAcceleration<D>,
     modes: Modes,
-    /// Per body, its motion within the step.
-    motions: Vec<BodyMotion>,
-    /// Force of the fluid (N) in gaps that the grid does not resolve, which walls and held bodies
-    /// have in place of free ones.
-    passed_on: Vector3<f64>,
-    work: Work,
-}
-
-/// Scratch of a step.
-struct Work {
-    accelerations: Vec<Accelerations>,
-    exchanged: Vec<ExchangedMomentum>,
-    sums: Sums,
-    contacts: contact_correction::Work,
-}
-
-/// How far a step goes at the largest face speed.
-#[derive(Clone, Copy, Debug)]
-struct StepNumbers {
-    /// Spacings that the flow crosses.
-    courant: f64,
-    /// Squared spacings that viscosity crosses.
-    diffusion: f64,
-    /// Part of the correction that faces keep which a body cuts.
-    keep: f64,
-    /// The same where they are all open.
-    keep_open: f64,
-    /// How much of the last pressure's acceleration they have at once in place of the mean of the
-    /// cells'.
-    own: f64,
-    /// Whether a body on any rank has another one or a surface near.
-    crowded: bool,
-}
-
-impl StepNumbers {
-    /// Before the first step.
-    const START: StepNumbers = StepNumbers {
-        courant: 0.0,
-        diffusion: 0.0,
-        keep: 1.0,
-        keep_open: 1.0,
-        own: 1.0,
-        crowded: false,
-    };
+    rigid: RigidStep,
 }
 
 /// The spacing that image points count in (m), and the layers of ghosts that they need, on a grid
@@ -193,13 +154,13 @@ impl<const D: usize> Method<D> for Sharp<D> {
     fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         // (17, 18, 20-26) bodies to their new place, faces open there
         self.predict_positions(domain, s, dt)?;
-        let numbers = self.step_numbers(domain, s, dt)?;
+        let numbers = StepNumbers::find(domain, s, &self.cut, dt)?;
         // correction = q - mean(u), at that place
         self.update_face_correction(domain, s, numbers, dt)?;
         // (7) u* with the last pressure, ghost cells set
         let sides = self.predict_cells(domain, s, dt)?;
         // (17, 18) bodies by all forces but the new pressure
-        self.predict_velocities(domain, s, dt)?;
+        self.rigid.predict_velocities(domain, s, &self.cut, dt)?;
         // (8) U = H q + m U_b.n
         self.predict_faces(domain, s, numbers, dt)?;
         // (13-15) C-HSMAC: |D| < D0, the bodies with it
@@ -207,27 +168,31 @@ impl<const D: usize> Method<D> for Sharp<D> {
         // (16) u = u* - dt/rho grad p, ghost cells set
         self.correct_cells(domain, s, dt)?;
         // (19) the force: what the fluid lost
-        self.find_loads(domain, s, numbers, dt)?;
-        self.close_balance(domain, s, sides, dt)?;
+        self.rigid.find_loads(domain, s, &self.cut, numbers, dt)?;
+        balance::close(domain, s, &self.rigid, sides, dt)?;
         s.count(dt);
         Ok(projected)
     }
 
     fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        s.touching =
-            self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.untouched());
+        s.touching = self
+            .rigid
+            .contacts
+            .as_ref()
+            .map_or_else(Default::default, |contacts| contacts.untouched());
         s.surfaces = Some(SurfaceHistory::new(&domain.grid, s.bodies.len()));
         self.settle(domain, &s.bodies)?;
         self.acceleration.clear();
         self.set_ghost_cells(domain, &s.bodies, &mut s.u)?;
         self.cut.interpolate(domain, s, StepNumbers::START, 0.0, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
-        self.impulsive_start(domain, s, false)?;
+        let Sharp { cut, acceleration, rigid, .. } = self;
+        impulsive_start::project(domain, s, cut, acceleration, rigid, None)?;
         s.drive = domain.drive_at_start();
         let surfaces = history(&mut s.surfaces)?;
         copy(&s.faces, &mut surfaces.correction);
         surfaces.before_forcing.reserve(self.cut.most_ghost_cells());
-        self.give_past(domain, s, |_| true)?;
+        self.rigid.give_past(domain, s, &self.cut, |_| true)?;
         s.exchange.fill(Exchange::default());
         s.balance = s.has_free_bodies().then(Balance::default);
         self.start_balance(domain, s)?;
@@ -237,7 +202,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        if let Some(contacts) = &self.contacts {
+        if let Some(contacts) = &self.rigid.contacts {
             contacts.setup().check(&s.touching)?;
         }
         // Ghosts depend on which boundaries bodies are near to.
@@ -269,11 +234,11 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn contacts(&self) -> Option<&Contacts> {
-        self.contacts.as_ref()
+        self.rigid.contacts.as_ref()
     }
 
     fn contacts_mut(&mut self) -> Option<&mut Contacts> {
-        self.contacts.as_mut()
+        self.rigid.contacts.as_mut()
     }
 
     fn overlaps_of(&self, k: usize) -> Option<&[Overlap]> {
@@ -285,11 +250,15 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
-        self.balance_from_now(domain, s)
+        balance::begin(domain, s)
     }
 
     fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
-        if ids.is_empty() { Ok(()) } else { self.give_way(domain, s, |id| ids.contains(&id)) }
+        if ids.is_empty() {
+            return Ok(());
+        }
+        let Sharp { cut, acceleration, modes, rigid, .. } = self;
+        impulsive_start::give_way(domain, s, cut, acceleration, rigid, modes, ids)
     }
 
     fn begin_bodies(
@@ -298,7 +267,10 @@ impl<const D: usize> Method<D> for Sharp<D> {
         s: &mut State<D>,
         ids: &[usize],
     ) -> Result<()> {
-        if ids.is_empty() { Ok(()) } else { self.give_past(domain, s, |id| ids.contains(&id)) }
+        if ids.is_empty() {
+            return Ok(());
+        }
+        self.rigid.give_past(domain, s, &self.cut, |id| ids.contains(&id))
     }
 }
 
@@ -312,7 +284,6 @@ impl<const D: usize> Sharp<D> {
         prediction: Prediction<D>,
         contacts: Option<Contacts>,
     ) -> Sharp<D> {
-        let n = bodies.len();
         let cut = CutBodies::new(domain, bodies);
         let fluid = &domain.fluid;
         let medium = Medium {
@@ -321,68 +292,196 @@ impl<const D: usize> Sharp<D> {
             spacing: cut.h,
             ..Medium::default()
         };
+        let contacts = contacts.map(|contacts| contacts.within(medium));
         Sharp {
             mixture,
-            prediction,
-            contacts: contacts.map(|contacts| contacts.within(medium)),
             acceleration: PressureAcceleration::new(&domain.grid),
             modes: Modes::new(bodies, &cut),
-            motions: bodies
-                .iter()
-                .map(|b| BodyMotion {
-                    surface_moments: b.shape().surface_moments(),
-                    ..BodyMotion::default()
-                })
-                .collect(),
-            passed_on: Vector3::zeros(),
-            work: Work {
-                accelerations: vec![Accelerations::default(); n],
-                exchanged: vec![ExchangedMomentum::default(); n],
-                sums: Sums::with_capacity(n),
-                contacts: contact_correction::Work::new(n),
-            },
+            rigid: RigidStep::new(bodies, contacts, prediction.keeps_momentum()),
+            prediction,
             cut,
         }
     }
 
-    /// Gives bodies that have none a past: what one does first in a fluid at rest, how the fluid's
-    /// wall shear begins to turn it, and the momentum inside as it is; ghosts of the velocity
-    /// filled. Collective.
-    fn give_past(
+    /// (17, 18, 20-26): moves the bodies on by `dt` (s), and opens the faces there. Collective.
+    fn predict_positions(
         &mut self,
-        domain: &Domain<D>,
+        domain: &mut Domain<D>,
         s: &mut State<D>,
-        new: impl Fn(usize) -> bool,
+        dt: f64,
     ) -> Result<()> {
-        let forces = load::surface_forces(domain, &self.cut, s, &mut self.work.sums)?;
-        let fluid = &domain.fluid;
-        if let Some(contacts) = &mut self.contacts {
-            contacts.meet(&s.bodies);
+        let _logged = domain.session.log(LogStage::Bodies)?;
+        let Sharp { cut, rigid, .. } = self;
+        rigid.begin(domain, s, cut.h, dt)?;
+        s.substeps = 0;
+        if s.bodies.iter().any(Body::moves) {
+            cut.depart(&s.bodies);
+            rigid.advance(domain, s, cut.h, dt)?;
+            cut.arrive(domain, &s.bodies, dt);
+            cut.cover_boundaries(domain);
         }
-        // The first motion of a lone body; beside others, what contacts may have to hold
-        // at its effective mass.
-        let begins = |k: usize, body: &Body| {
-            let (added, displaced) =
-                (body.added_mass(fluid.density), fluid.density * body.volume());
-            let driven = s.drive.map_or_else(Vector3::zeros, |force| added / fluid.density * force);
-            let pull = (body.mass() - displaced) * fluid.gravity
-                + domain.felt(&s.drive, body.volume())
-                + driven;
-            let beside = self.contacts.as_ref().filter(|contacts| contacts.is_paired(k));
-            let mass = beside
-                .map_or(body.mass() + added, |contacts| contacts.setup().mass_in_contact(body));
-            body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / mass)
+        if self.set_ghost_layers(domain, &s.bodies) {
+            domain.boundaries.fill_velocity(&mut s.u)?;
+        }
+        domain.clock.lap(Stage::Particles);
+        Ok(())
+    }
+
+    /// Sets the velocity of the cells inside the bodies. Collective.
+    fn set_ghost_cells(
+        &mut self,
+        domain: &mut Domain<D>,
+        bodies: &[Body],
+        u: &mut VectorField<D>,
+    ) -> Result<()> {
+        domain.boundaries.fill_velocity(u)?;
+        self.cut.set_ghost_cells(domain, bodies, false, None, u);
+        domain.boundaries.fill_velocity(u)
+    }
+
+    /// Updates the momentum-interpolation correction of the faces: what their velocity was beyond
+    /// that of the cells with ghost cells set at the present place; nothing where nothing will be
+    /// kept of it. Collective.
+    fn update_face_correction(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        numbers: StepNumbers,
+        dt: f64,
+    ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Prediction)?;
+        let moves = s.bodies.iter().any(Body::moves);
+        if moves {
+            domain.projection.assemble(&domain.grid, &self.cut.beta)?;
+            domain.clock.lap(Stage::Assembly);
+        }
+        if numbers.keep > 0.0 || numbers.crowded {
+            let surfaces = history(&mut s.surfaces)?;
+            let stage = &mut self.prediction.stage;
+            copy(&s.u, stage);
+            if moves {
+                // The drive has not accelerated the fluid of this step yet, nor the bodies beside
+                // it.
+                for body in &mut s.bodies {
+                    body.velocity -= dt * self.acceleration.driven(body);
+                }
+                self.cut.set_ghost_cells(domain, &s.bodies, true, None, stage);
+                for (body, motion) in s.bodies.iter_mut().zip(&self.rigid.motions) {
+                    body.velocity = motion.expected.velocity;
+                }
+            }
+            // Faces have yet to see what ghost cells changed after the projection.
+            for BeforeForcing { cell, velocity } in &surfaces.before_forcing {
+                let cell = *cell as usize;
+                for ((stage, u), before) in stage.iter_mut().zip(&s.u).zip(velocity) {
+                    stage[cell] += before - u[cell];
+                }
+            }
+            domain.boundaries.fill_stencils(stage)?;
+            self.cut.update_face_correction(
+                domain,
+                stage,
+                s.dt,
+                &self.acceleration,
+                &mut surfaces.correction,
+            );
+        }
+        self.acceleration.find_cut_changes(domain, &mut self.cut, &s.bodies);
+        domain.clock.lap(Stage::Mixing);
+        Ok(())
+    }
+
+    /// (7): ghost cells are set on every stage and on their sum, which has the last pressure; the
+    /// bodies are at the step's end already. Returns the forces of this
+    /// rank's sides on the fluid, where a balance is kept. Collective.
+    fn predict_cells(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        dt: f64,
+    ) -> Result<Sides> {
+        let _logged = domain.session.log(LogStage::Prediction)?;
+        self.rigid.exchanged.fill(Default::default());
+        if let Some(forces) = &mut domain.forces {
+            let bodies = &self.cut.bodies;
+            let exchanged = &mut self.rigid.exchanged;
+            let bodies = bodies.each().map(|(k, body)| (k, &body.solid[..]));
+            forces.share(&domain.session, &domain.grid, bodies, |k, arm, force| {
+                exchanged[k].add(arm, &(dt * force));
+            })?;
+        }
+        self.cut.find_cubic(domain, &s.bodies, &s.u);
+        let Sharp { mixture, prediction, cut, acceleration, rigid, .. } = self;
+        if prediction.is_long(domain, dt) {
+            cut.find_targets(domain, &s.bodies, true, &s.u);
+            cut.find_offsets(&s.u);
+        }
+        let mut walls = Surfaces { cut, exchanged: &mut rigid.exchanged };
+        let sides = prediction.predict(domain, s, mixture, &acceleration.faces, dt, &mut walls)?;
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        cut.set_ghost_cells(domain, &s.bodies, true, Some(&mut rigid.exchanged), &mut s.u);
+        domain.boundaries.fill_imposed(&mut s.u)?;
+        domain.clock.lap(Stage::Mixing);
+        Ok(sides)
+    }
+
+    /// (8), from the cells without the last pressure. Collective.
+    fn predict_faces(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        numbers: StepNumbers,
+        dt: f64,
+    ) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Prediction)?;
+        self.acceleration.add_to(domain, &self.cut, -numbers.own * dt, &mut s.u);
+        domain.boundaries.fill_stencils(&mut s.u)?;
+        domain.clock.lap(Stage::Ghosts);
+        if !s.faces_before[0].is_empty() {
+            std::mem::swap(&mut s.faces, &mut s.faces_before);
+        }
+        self.cut.interpolate(domain, s, numbers, dt, &self.acceleration)?;
+        domain.boundaries.set_faces(&mut s.faces);
+        if numbers.own < 1.0 {
+            self.acceleration.add_to(domain, &self.cut, (numbers.own - 1.0) * dt, &mut s.u);
+        }
+        domain.clock.lap(Stage::Faces);
+        Ok(())
+    }
+
+    /// (13-15), the free bodies and the impulses of their contacts with it. Collective.
+    fn project(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
+        let _logged = domain.session.log(LogStage::Pressure)?;
+        let Sharp { cut, modes, rigid, .. } = self;
+        let RigidStep { contacts, motions, sums, correction, .. } = rigid;
+        let in_contact = contacts.as_mut().filter(|contacts| contacts.gave(&s.bodies, dt));
+        let mut step = PressureStep::new(domain, cut, s, modes, motions, sums, dt)?;
+        let (projected, taken) = match in_contact {
+            Some(contacts) => {
+                contact_correction::solve(&mut contacts.impulses(), &mut step, correction)?
+            }
+            None => (step.solve(None)?, 0.0),
         };
-        let all = history(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(forces);
-        for (k, ((history, body), forces)) in
-            all.enumerate().filter(|(_, ((_, body), _))| new(body.id))
-        {
-            let Some(freedom) = body.freedom() else { continue };
-            history.accelerations.acceleration = begins(k, body);
-            history.accelerations.angular =
-                body.inertia().inverse_mass(&forces.shear.torque, &freedom);
-        }
-        self.take_inside(domain, s, new)
+        s.energy.bounded += taken;
+        domain.clock.lap(Stage::Pressure);
+        Ok(projected)
+    }
+
+    /// (16), ghost cells set. Collective.
+    fn correct_cells(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
+        let _logged = domain.session.log(LogStage::Correction)?;
+        let Sharp { cut, acceleration, rigid, .. } = self;
+        acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
+        faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);
+        cut.add_cut_cells(domain, dt, Some(&mut rigid.exchanged), &mut s.u);
+        domain.clock.lap(Stage::Faces);
+        domain.boundaries.fill_velocity(&mut s.u)?;
+        let before_forcing = &mut history(&mut s.surfaces)?.before_forcing;
+        cut.take_before_forcing(&s.u, before_forcing);
+        cut.set_ghost_cells(domain, &s.bodies, false, Some(&mut rigid.exchanged), &mut s.u);
+        domain.boundaries.fill_imposed(&mut s.u)?;
+        domain.clock.lap(Stage::Mixing);
+        Ok(())
     }
 
     fn settle(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {

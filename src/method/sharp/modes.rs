@@ -1,16 +1,14 @@
 //! Bodies that follow the pressure: what they add to its operator, and how they and the faces
 //! respond to a change of it.
 
-use super::Sharp;
+use super::body_motion::BodyMotion;
 use super::cut::CutBodies;
-use super::motion::BodyMotion;
-use super::sums::Sums;
 use crate::Result;
 use crate::domain::Domain;
 use crate::geometry::{Cut, FaceCentroids};
 use crate::particles::Body;
 use crate::poisson::ModeFace;
-use nalgebra::{SymmetricEigen, Vector3};
+use nalgebra::SymmetricEigen;
 
 /// The modes of the free bodies.
 pub struct Modes {
@@ -98,37 +96,6 @@ impl Modes {
         let largest = bodies.iter().map(|body| body.radius()).fold(0.0, f64::max);
         domain.projection.set_extent(2.0 * largest)?;
         domain.projection.set_modes(weights, entries, oblong, cut.reach.sharing())
-    }
-}
-
-impl<const D: usize> Sharp<D> {
-    /// Finds the volumes on which the drive acts. One that holds a mean velocity, as a mean
-    /// gradient of the pressure, acts on free bodies through the faces that the pressure acts
-    /// through, or the two would not be found together: with their own volume a light body beside a
-    /// heavy one did not let the iteration converge. Collective.
-    pub(super) fn find_displaced(&mut self, domain: &Domain<D>, bodies: &[Body]) -> Result<()> {
-        for (motion, body) in self.motions.iter_mut().zip(bodies) {
-            motion.displaced = Vector3::repeat(body.volume());
-        }
-        if domain.drive.as_ref().and_then(|drive| drive.held()).is_none() {
-            return Ok(());
-        }
-        let volume = domain.grid.cell_volume();
-        let cut = &self.cut;
-        let own = |k: usize| {
-            let covered = |axis: usize| {
-                let cuts = cut.bodies[k].faces.cuts[axis].iter().filter(|cut| cut.owned);
-                volume * cuts.map(|cut| cut.solid_fraction).sum::<f64>()
-            };
-            Vector3::from_fn(|axis, _| if axis < D { covered(axis) } else { 0.0 })
-        };
-        let Sums { vectors, messages, .. } = &mut self.work.sums;
-        let all = vectors.sum_for_all(&domain.session, &cut.reach, messages, own)?;
-        let free = self.motions.iter_mut().zip(bodies).zip(all);
-        for ((motion, _), displaced) in free.filter(|((_, body), _)| body.freedom().is_some()) {
-            (0..D).for_each(|axis| motion.displaced[axis] = displaced[axis]);
-        }
-        Ok(())
     }
 }
 

@@ -7,10 +7,10 @@
 //! The operator has been told of the bodies ([`super::modes`]) before the first solve: whoever
 //! holds a [`PressureStep`] need not know of that order.
 
+use super::body_motion::BodyMotion;
 use super::coupled::CoupledFaces;
 use super::cut::CutBodies;
 use super::modes::{self, Modes};
-use super::motion::BodyMotion;
 use super::sums::{Response, Sums};
 use crate::Result;
 use crate::contact::{Impulse, Impulses};
@@ -44,7 +44,9 @@ impl<'a, const D: usize> PressureStep<'a, D> {
         domain: &'a mut Domain<D>,
         cut: &'a CutBodies<D>,
         s: &'a mut State<D>,
-        (modes, motions, sums): (&'a mut Modes, &'a mut [BodyMotion], &'a mut Sums),
+        modes: &'a mut Modes,
+        motions: &'a mut [BodyMotion],
+        sums: &'a mut Sums,
         dt: f64,
     ) -> Result<PressureStep<'a, D>> {
         modes.set(domain, cut, &s.bodies, motions)?;
