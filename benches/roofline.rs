@@ -81,7 +81,7 @@ fn passes<const D: usize>(session: &Session, text: &str, bandwidth: f64) {
     let a = grid.vector_field();
     let mut next = grid.vector_field();
     row("the sum of the stages", cells, 4 * D, bandwidth, || {
-        faces::step_cells(&grid, &state.u, (1e-9, &rate), (1e-9, &a), &mut next)
+        faces::step_cells(&grid, &state.u, 1e-9, &rate, 1e-9, &a, &mut next)
     });
     row("faces from cells", cells, 3 * D, bandwidth, || {
         faces::predict(&grid, &state.u, true, 1e-9, &a, &mut state.faces)

@@ -130,15 +130,15 @@ impl<T: Summed + Clone + Default> BodySums<T> {
             session.all_gather(mine, theirs, counts, starts)?;
             let mut numbers = theirs.iter();
             for k in (0..session.size()).flat_map(|rank| reach.owned_by(rank)) {
-                values[k].each(&mut |part| part.iter_mut().zip(&mut numbers).for_each(set));
+                values[k].each(&mut |part| {
+                    for (to, from) in part.iter_mut().zip(&mut numbers) {
+                        *to = *from;
+                    }
+                });
             }
         }
         Ok(values)
     }
-}
-
-fn set((to, from): (&mut f64, &f64)) {
-    *to = *from;
 }
 
 /// How many numbers a value has.

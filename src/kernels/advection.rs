@@ -123,10 +123,10 @@ pub fn upwind5<const D: usize>(
                     let low =
                         |i: usize| if axis == 1 { i * n } else { (i * grid.local[1] + j) * n };
                     let fluxes = if axis == 1 { &mut *rows } else { &mut *planes };
-                    let lows = (first, low, &mut fluxes[..]);
+                    let lows = LowFluxes { first, at: low, fluxes: &mut fluxes[..] };
                     let high = &mut along[..n];
-                    let step = (grid.stride[axis], factor[axis]);
-                    across(carrier, axis, u, &row, step, values, lows, high, rate);
+                    let way = Way { axis, stride: grid.stride[axis], factor: factor[axis] };
+                    across(carrier, &way, u, &row, values, lows, high, rate);
                 }
                 if nu != 0.0 {
                     for (q, rate) in u.iter().zip(rate.iter_mut()) {
@@ -138,34 +138,50 @@ pub fn upwind5<const D: usize>(
     );
 }
 
-/// The fluxes of a row across an axis of this stride and factor: those through its low faces are at
-/// `low(component)` of `fluxes`, where it is not the first row, and those through its high faces
-/// take their place.
+/// An axis, the way along it from cell to cell in a field, and what a flux through a face along it
+/// changes a cell by.
+struct Way {
+    axis: usize,
+    stride: usize,
+    factor: f64,
+}
+
+/// The fluxes through the low faces of a row, those of a component from `at(component)` on; none
+/// yet of the first row.
+struct LowFluxes<'a, F: Fn(usize) -> usize> {
+    first: bool,
+    at: F,
+    fluxes: &'a mut [f64],
+}
+
+/// The fluxes of a row across an axis; those through its high faces take the place of those through
+/// the low ones.
 #[allow(clippy::too_many_arguments)]
 #[inline(always)]
 fn across<const D: usize>(
     carrier: &Carrier<D>,
-    axis: usize,
+    way: &Way,
     u: &VectorField<D>,
     row: &Range<usize>,
-    (s, factor): (usize, f64),
     values: &mut [f64],
-    (first, low, fluxes): (bool, impl Fn(usize) -> usize, &mut [f64]),
+    lows: LowFluxes<impl Fn(usize) -> usize>,
     high: &mut [f64],
     rate: &mut VectorField<D>,
 ) {
     let n = row.len();
+    let Way { axis, stride: s, factor } = *way;
+    let LowFluxes { first, at, fluxes } = lows;
     if first {
         let carried = carrier.row(axis, row.clone(), values);
         for (i, q) in u.iter().enumerate() {
-            let low = &mut fluxes[low(i)..][..n];
+            let low = &mut fluxes[at(i)..][..n];
             flux_across(low, carried, sixfold(q, row.start, n, s));
         }
     }
     let carried = carrier.row(axis, row.start + s..row.end + s, values);
     for (i, (q, rate)) in u.iter().zip(rate.iter_mut()).enumerate() {
         flux_across(high, carried, sixfold(q, row.start + s, n, s));
-        let low = &mut fluxes[low(i)..][..n];
+        let low = &mut fluxes[at(i)..][..n];
         subtract_difference(&mut rate[row.clone()], low, high, factor);
         low.copy_from_slice(high);
     }

@@ -209,8 +209,10 @@ pub fn add_to_cells<const D: usize>(
 pub fn step_cells<const D: usize>(
     grid: &Grid<D>,
     from: &VectorField<D>,
-    (factor, rate): (f64, &VectorField<D>),
-    (dt, acceleration): (f64, &VectorField<D>),
+    factor: f64,
+    rate: &VectorField<D>,
+    dt: f64,
+    acceleration: &VectorField<D>,
     to: &mut VectorField<D>,
 ) {
     simd(
@@ -238,7 +240,8 @@ pub fn recur_cells<const D: usize>(
     grid: &Grid<D>,
     before: f64,
     terms: [(f64, &VectorField<D>); 4],
-    (dt, acceleration): (f64, &VectorField<D>),
+    dt: f64,
+    acceleration: &VectorField<D>,
     to: &mut VectorField<D>,
 ) {
     simd(

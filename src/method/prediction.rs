@@ -137,9 +137,17 @@ impl<const D: usize> Prediction<D> {
         for (k, &weight) in scheme.weights.iter().enumerate() {
             if k > 0 {
                 let (of_rate, part) = scheme.stages[k - 1];
-                let rate = (dt * of_rate, momentum.rate());
-                let pressure = (dt * part, acceleration);
-                faces::step_cells(&domain.grid, &s.u, rate, pressure, stage);
+                let rate = momentum.rate();
+                let [of_rate, of_pressure] = [dt * of_rate, dt * part];
+                faces::step_cells(
+                    &domain.grid,
+                    &s.u,
+                    of_rate,
+                    rate,
+                    of_pressure,
+                    acceleration,
+                    stage,
+                );
                 domain.clock.lap(Lap::Update);
                 walls.finish(domain, s, Within::Stage(part), dt, stage)?;
             }
@@ -149,9 +157,8 @@ impl<const D: usize> Prediction<D> {
             let rated = Rated { u, carrier: &carrier, dt, weight, fresh: k == 0 };
             momentum.add(domain, mixture, &rated, walls.hears())?;
         }
-        let rate = (dt, momentum.rate());
-        let pressure = (W::PRESSURE * dt, acceleration);
-        faces::step_cells(&domain.grid, &s.u, rate, pressure, stage);
+        let rate = momentum.rate();
+        faces::step_cells(&domain.grid, &s.u, dt, rate, W::PRESSURE * dt, acceleration, stage);
         domain.clock.lap(Lap::Update);
         walls.finish(domain, s, Within::End, dt, stage)?;
         std::mem::swap(&mut s.u, stage);
@@ -181,14 +188,13 @@ impl<const D: usize> Prediction<D> {
             sides += weight * stress(domain, s, mixture, &carrier, u);
             let rated = Rated { u, carrier: &carrier, dt, weight: 1.0, fresh: true };
             momentum.add(domain, mixture, &rated, None)?;
-            let pressure = (dt * stage.part(), acceleration);
+            let part = dt * stage.part();
             if k == 0 {
                 momentum.swap_rate(first);
                 for (field, u) in before.iter_mut().zip(&s.u) {
                     field.copy_from_slice(u);
                 }
-                let rate = (dt * stage.part(), &*first);
-                faces::step_cells(&domain.grid, &s.u, rate, pressure, last);
+                faces::step_cells(&domain.grid, &s.u, part, first, part, acceleration, last);
             } else {
                 let terms = [
                     (stage.start, &s.u),
@@ -196,7 +202,7 @@ impl<const D: usize> Prediction<D> {
                     (dt * stage.rate, momentum.rate()),
                     (dt * stage.first, &*first),
                 ];
-                faces::recur_cells(&domain.grid, stage.before, terms, pressure, before);
+                faces::recur_cells(&domain.grid, stage.before, terms, part, acceleration, before);
                 std::mem::swap(last, before);
             }
             domain.clock.lap(Lap::Update);

@@ -19,7 +19,9 @@ pub(super) fn add_force<const D: usize>(
     grid: &Grid<D>,
     bodies: &[Body],
     overlaps: &[Vec<Overlap>],
-    (term, sign, rate): (Term, f64, &VectorField<D>),
+    term: Term,
+    sign: f64,
+    rate: &VectorField<D>,
     exchange: &mut [Exchange],
 ) {
     let volume = sign * grid.cell_volume();

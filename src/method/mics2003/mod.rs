@@ -269,7 +269,7 @@ impl<const D: usize> Mics2003<D> {
         exchange.fill(Exchange::default());
         let overlaps = &self.overlaps;
         let mut exchanged = |grid: &Grid<D>, term, sign, rate: &_| {
-            force::add_force(grid, &bodies, overlaps, (term, sign, rate), &mut exchange);
+            force::add_force(grid, &bodies, overlaps, term, sign, rate, &mut exchange);
         };
         let mut walls = Heard { hears: &mut exchanged };
         let predicted = self.flow.predict_cells(domain, s, dt, &mut walls);

@@ -88,32 +88,30 @@ impl<const D: usize> PressureAcceleration<D> {
     /// Adds `dt` (s) of it to the cells.
     pub fn add_to(&self, domain: &Domain<D>, cut: &CutBodies<D>, dt: f64, u: &mut VectorField<D>) {
         faces::add_to_cells(&domain.grid, dt, &self.faces, u);
-        cut.add_cut_cells(domain, dt, None, u);
+        add_cut_cells(cut, domain, dt, None, u);
     }
 }
 
-impl<const D: usize> CutBodies<D> {
-    /// Adds `dt` (s) of what covered faces change of the acceleration; the momentum of that goes to
-    /// the `exchanged` of each body.
-    pub fn add_cut_cells(
-        &self,
-        domain: &Domain<D>,
-        dt: f64,
-        mut exchanged: Option<&mut Vec<ExchangedMomentum>>,
-        u: &mut VectorField<D>,
-    ) {
-        let mass = domain.fluid.density * domain.grid.cell_volume();
-        for (k, body) in self.bodies.each() {
-            for (axis, field) in u.iter_mut().enumerate() {
-                for own in &body.own.cells {
-                    field[own.cell as usize] += dt * own.cut_change[axis];
-                }
+/// Adds `dt` (s) of what covered faces change of the acceleration; the momentum of that goes to
+/// the `exchanged` of each body.
+pub fn add_cut_cells<const D: usize>(
+    cut: &CutBodies<D>,
+    domain: &Domain<D>,
+    dt: f64,
+    mut exchanged: Option<&mut Vec<ExchangedMomentum>>,
+    u: &mut VectorField<D>,
+) {
+    let mass = domain.fluid.density * domain.grid.cell_volume();
+    for (k, body) in cut.bodies.each() {
+        for (axis, field) in u.iter_mut().enumerate() {
+            for own in &body.own.cells {
+                field[own.cell as usize] += dt * own.cut_change[axis];
             }
-            if let Some(exchanged) = &mut exchanged {
-                for own in &body.own.cells {
-                    let change = |a: usize| if a < D { own.cut_change[a] } else { 0.0 };
-                    exchanged[k].add(&own.arm, &Vector3::from_fn(|a, _| mass * (dt * change(a))));
-                }
+        }
+        if let Some(exchanged) = &mut exchanged {
+            for own in &body.own.cells {
+                let change = |a: usize| if a < D { own.cut_change[a] } else { 0.0 };
+                exchanged[k].add(&own.arm, &Vector3::from_fn(|a, _| mass * (dt * change(a))));
             }
         }
     }

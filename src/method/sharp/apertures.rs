@@ -12,9 +12,10 @@
 //! them apart. `T - M` is zero where one body is alone, grows with what a second one covers, and
 //! treats all alike: nothing jumps as bodies move.
 
-use super::cut::CutBodies;
+use super::local::LocalBodies;
 use crate::domain::Domain;
 use crate::grid::{Boundaries, BoundaryKind, Grid};
+use crate::kernels::faces::FaceCoefficient;
 use crate::numerics::SHARED_APERTURE;
 
 /// Relative difference that is none.
@@ -23,15 +24,34 @@ const ROUNDING: f64 = 1e-14;
 /// No aperture is less: the operator keeps the constants as its only null space.
 const LEAST_APERTURE: f64 = 1e-6;
 
-impl<const D: usize> CutBodies<D> {
+/// What bodies cover of the faces of an axis, all together: scratch while apertures are set.
+pub struct CoveredTogether {
+    /// Solid fraction of each face; zero otherwise.
+    total: Vec<f64>,
+    /// The faces that several bodies cover, and how far.
+    shared: Vec<(u32, f64)>,
+}
+
+impl CoveredTogether {
+    /// Room for the faces of a grid, of which bodies share so many.
+    pub fn new<const D: usize>(grid: &Grid<D>, shared: usize) -> CoveredTogether {
+        CoveredTogether { total: grid.field(), shared: Vec::with_capacity(shared) }
+    }
+
     /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line
     /// with it.
-    pub(super) fn set_apertures(&mut self, domain: &Domain<D>) {
-        let (grid, boundaries, whole) =
-            (&domain.grid, &domain.boundaries, 1.0 / domain.fluid.density);
-        let total = &mut self.covered.total;
-        for (axis, beta) in self.beta.field(grid).iter_mut().enumerate() {
-            for cut in self.bodies.iter_mut().flat_map(|body| body.faces.cuts[axis].iter_mut()) {
+    pub fn set_apertures<const D: usize>(
+        &mut self,
+        domain: &Domain<D>,
+        bodies: &mut LocalBodies<D>,
+        beta: &mut FaceCoefficient<D>,
+    ) {
+        let grid = &domain.grid;
+        let boundaries = &domain.boundaries;
+        let whole = 1.0 / domain.fluid.density;
+        let CoveredTogether { total, shared } = self;
+        for (axis, beta) in beta.field(grid).iter_mut().enumerate() {
+            for cut in bodies.iter_mut().flat_map(|body| body.faces.cuts[axis].iter_mut()) {
                 let face = cut.face as usize;
                 cut.first = total[face] == 0.0;
                 // The largest part, until all are known.
@@ -39,44 +59,44 @@ impl<const D: usize> CutBodies<D> {
                     if cut.first { cut.solid_fraction } else { beta[face].max(cut.solid_fraction) };
                 total[face] += cut.solid_fraction;
             }
-            let covered = |face: usize, total: f64, most: f64, at_boundary: bool| {
-                let shared = (total - most).min(SHARED_APERTURE);
-                let least = if at_boundary
-                    && shared < SHARED_APERTURE
-                    && total > 1.0 - SHARED_APERTURE
-                    && beside_wall(grid, boundaries, axis, face)
-                {
-                    SHARED_APERTURE
-                } else {
-                    shared.max(LEAST_APERTURE)
-                };
-                1.0 - (1.0 - total).max(least)
-            };
-            self.covered.shared.clear();
-            for body in self.bodies.iter_mut() {
+            shared.clear();
+            for body in bodies.iter_mut() {
                 for cut in body.faces.cuts[axis].iter_mut() {
                     let face = cut.face as usize;
                     let all = total[cut.face as usize];
                     let alone = all == cut.solid_fraction;
-                    let covered = covered(face, all, beta[face], body.faces.at_boundary);
+                    let beside =
+                        || body.faces.at_boundary && beside_wall(grid, boundaries, axis, face);
+                    let covered = covered_part(all, beta[face], beside);
                     // A body that rests keeps its cuts: what is in line already is left alone, to
                     // the last digit.
                     if all > covered * (1.0 + ROUNDING) {
                         cut.solid_fraction *= covered / all;
                     }
                     if alone {
-                        (beta[face], total[face]) = (whole * (1.0 - covered), 0.0);
+                        beta[face] = whole * (1.0 - covered);
+                        total[face] = 0.0;
                     } else {
-                        self.covered.shared.push((cut.face, covered));
+                        shared.push((cut.face, covered));
                     }
                 }
             }
-            for (face, covered) in &self.covered.shared {
+            for (face, covered) in shared.iter() {
                 let face = *face as usize;
-                (beta[face], total[face]) = (whole * (1.0 - covered), 0.0);
+                beta[face] = whole * (1.0 - covered);
+                total[face] = 0.0;
             }
         }
     }
+}
+
+/// How much of a face is covered of which bodies cover `total` together and one of them `most`;
+/// whether it is `beside` a wall of the box.
+fn covered_part(total: f64, most: f64, beside: impl Fn() -> bool) -> f64 {
+    let shared = (total - most).min(SHARED_APERTURE);
+    let near = || shared < SHARED_APERTURE && total > 1.0 - SHARED_APERTURE && beside();
+    let least = if near() { SHARED_APERTURE } else { shared.max(LEAST_APERTURE) };
+    1.0 - (1.0 - total).max(least)
 }
 
 /// Whether a face along `axis` is one of a cell that lies at a wall of the box.

@@ -1,5 +1,6 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
+use super::apertures::CoveredTogether;
 use super::cut_body::{BEYOND, CutBody, GhostCell, GhostCells};
 use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Profiles, Surroundings, smooth_step};
@@ -43,7 +44,7 @@ pub struct CutBodies<const D: usize> {
     /// Cells to which several bodies are equally near, and that they set.
     shared: SharedCells,
     rebuilding: Rebuilding<D>,
-    pub(super) covered: CoveredTogether,
+    covered: CoveredTogether,
     /// Of the faces that bodies cut, and once more of those in narrow gaps, their correction before
     /// a step (m/s).
     pub(super) corrections_before: Vec<f64>,
@@ -59,14 +60,6 @@ pub(super) struct Rebuilding<const D: usize> {
     pub planes: [Vec<f64>; 3],
     /// By axis, the arms to the faces that it covers (m).
     pub arms: [Vec<Vector3<f64>>; D],
-}
-
-/// What bodies cover of the faces of an axis, all together, while apertures are set.
-pub(super) struct CoveredTogether {
-    /// Solid fraction of each face; zero otherwise.
-    pub total: Vec<f64>,
-    /// The faces that several bodies cover, and how far.
-    pub shared: Vec<(u32, f64)>,
 }
 
 impl<const D: usize> CutBodies<D> {
@@ -108,7 +101,7 @@ impl<const D: usize> CutBodies<D> {
                 planes: std::array::from_fn(|_| Vec::new()),
                 arms: std::array::from_fn(|_| Vec::with_capacity(most)),
             },
-            covered: CoveredTogether { total: grid.field(), shared: Vec::with_capacity(faces / 4) },
+            covered: CoveredTogether::new(grid, faces / 4),
             corrections_before: Vec::with_capacity(2 * D * faces),
             h,
         }
@@ -191,7 +184,7 @@ impl<const D: usize> CutBodies<D> {
         }
         self.friction = friction;
         self.shared.share(self.bodies.as_mut_slice());
-        self.set_apertures(domain);
+        self.covered.set_apertures(domain, &mut self.bodies, &mut self.beta);
     }
 
     /// Finds which bodies reach which ranks, as far as a rank can have anything of one: by where

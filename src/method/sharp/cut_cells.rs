@@ -238,8 +238,9 @@ impl<const D: usize> CutBody<D> {
         if around.profiles.cubic {
             let place = self.ghosts.cells.len() as u32;
             let own = Reading { arm: *arm, stencil, place, share };
-            let own = (self.ghosts.profiles.len(), &own);
-            self.ghosts.cubic.extend(self.stencils.cubic(around, image, normal, s, own));
+            let profile = self.ghosts.profiles.len();
+            let cubic = self.stencils.cubic(around, image, normal, s, profile, &own);
+            self.ghosts.cubic.extend(cubic);
         }
         self.add_profile(arm, stencil, share);
     }

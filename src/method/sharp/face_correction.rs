@@ -11,121 +11,120 @@ use crate::kernels::faces::means;
 use crate::particles::Body;
 use crate::state::State;
 
-impl<const D: usize> CutBodies<D> {
-    /// (8): face velocities from those of the cells, ghosts filled, the correction, of which the
-    /// part `numbers.keep` stays on the faces that a body cuts and `numbers.keep_open` on the
-    /// others, and the acceleration by the last pressure over `dt` (s), of which the cells still
-    /// have the part `1 - numbers.own`. The momentum-interpolation correction becomes the velocity
-    /// before that acceleration.
-    pub(super) fn interpolate(
-        &mut self,
-        domain: &Domain<D>,
-        s: &mut State<D>,
-        StepNumbers { keep, keep_open, own, .. }: StepNumbers,
-        dt: f64,
-        acceleration: &PressureAcceleration<D>,
-    ) -> Result<()> {
-        let in_cells = (1.0 - own) * dt;
-        let grid = &domain.grid;
-        let acceleration = &acceleration.faces;
-        let State { u, faces, bodies, surfaces, .. } = s;
-        let correction = &mut history(surfaces)?.correction;
-        self.corrections_before.clear();
-        for (axis, correction) in correction.iter().enumerate() {
-            for cut in self.bodies.iter() {
-                let before = &mut self.corrections_before;
-                before.extend(cut.faces.cuts[axis].iter().map(|cut| correction[cut.face as usize]));
-                before.extend(cut.faces.gaps[axis].iter().map(|gap| correction[gap.face as usize]));
-            }
-        }
-        predict_open(grid, u, (keep_open, in_cells, dt), acceleration, correction, faces);
-        let mut before = &self.corrections_before[..];
-        for axis in 0..D {
-            let q = &u[axis];
-            let correction = &mut correction[axis];
-            let a = &acceleration[axis];
-            let open_part = OpenPart::new(grid, axis);
-            for cut in self.bodies.iter() {
-                let (of_cuts, rest) = before.split_at(cut.faces.cuts[axis].len());
-                let (of_gaps, rest) = rest.split_at(cut.faces.gaps[axis].len());
-                before = rest;
-                for ((cut, centroids), before) in cut.covered(axis).zip(of_cuts) {
-                    let at = cut.face as usize;
-                    let open = open_part.mean(cut, centroids, q);
-                    // Both of two bodies that cut a face count there, each with all of the
-                    // correction.
-                    if cut.first {
-                        correction[at] = open + keep * before - in_cells * a[at];
-                    } else {
-                        correction[at] += open - open_part.of_all(at, q);
-                    }
-                }
-                for (gap, flow) in cut.faces.gaps[axis].iter().zip(of_gaps) {
-                    correction[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
-                }
-            }
-            self.cover(axis, bodies, dt, a, correction, &mut faces[axis]);
-        }
-        Ok(())
-    }
-
-    /// Gives the covered faces of an axis the fluid's velocity, which their correction has but for
-    /// the acceleration, and the bodies' part of it.
-    fn cover(
-        &self,
-        axis: usize,
-        bodies: &[Body],
-        dt: f64,
-        a: &[f64],
-        correction: &[f64],
-        face: &mut [f64],
-    ) {
-        for (k, cut) in self.bodies.each() {
-            let body = &bodies[k];
-            for (cut, centroids) in cut.covered(axis) {
-                let at = cut.face as usize;
-                let q = correction[at] + dt * a[at];
-                let own = cut.solid_fraction * (body.velocity[axis] - q)
-                    + body.spin.cross(&centroids.lever())[axis];
-                face[at] = if cut.first { q } else { face[at] } + own;
-            }
+/// (8): face velocities from those of the cells, ghosts filled, the correction, of which the
+/// part `numbers.keep` stays on the faces that a body cuts and `numbers.keep_open` on the
+/// others, and the acceleration by the last pressure over `dt` (s), of which the cells still
+/// have the part `1 - numbers.own`. The momentum-interpolation correction becomes the velocity
+/// before that acceleration.
+pub fn interpolate<const D: usize>(
+    cut: &mut CutBodies<D>,
+    domain: &Domain<D>,
+    s: &mut State<D>,
+    numbers: StepNumbers,
+    dt: f64,
+    acceleration: &PressureAcceleration<D>,
+) -> Result<()> {
+    let StepNumbers { keep, .. } = numbers;
+    let in_cells = numbers.in_cells(dt);
+    let grid = &domain.grid;
+    let acceleration = &acceleration.faces;
+    let State { u, faces, bodies, surfaces, .. } = s;
+    let correction = &mut history(surfaces)?.correction;
+    cut.corrections_before.clear();
+    for (axis, correction) in correction.iter().enumerate() {
+        for body in cut.bodies.iter() {
+            let before = &mut cut.corrections_before;
+            before.extend(body.faces.cuts[axis].iter().map(|cut| correction[cut.face as usize]));
+            before.extend(body.faces.gaps[axis].iter().map(|gap| correction[gap.face as usize]));
         }
     }
+    predict_open(grid, u, numbers, dt, acceleration, correction, faces);
+    let mut before = &cut.corrections_before[..];
+    for axis in 0..D {
+        let q = &u[axis];
+        let correction = &mut correction[axis];
+        let a = &acceleration[axis];
+        let open_part = OpenPart::new(grid, axis);
+        for cut in cut.bodies.iter() {
+            let (of_cuts, rest) = before.split_at(cut.faces.cuts[axis].len());
+            let (of_gaps, rest) = rest.split_at(cut.faces.gaps[axis].len());
+            before = rest;
+            for ((cut, centroids), before) in cut.covered(axis).zip(of_cuts) {
+                let at = cut.face as usize;
+                let open = open_part.mean(cut, centroids, q);
+                // Both of two bodies that cut a face count there, each with all of the
+                // correction.
+                if cut.first {
+                    correction[at] = open + keep * before - in_cells * a[at];
+                } else {
+                    correction[at] += open - open_part.of_all(at, q);
+                }
+            }
+            for (gap, flow) in cut.faces.gaps[axis].iter().zip(of_gaps) {
+                correction[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
+            }
+        }
+        cover(cut, axis, bodies, dt, a, correction, &mut faces[axis]);
+    }
+    Ok(())
+}
 
-    /// Updates the faces' correction, which `CutBodies::interpolate` left before the acceleration
-    /// of its step, `dt` (s) long: to what their velocity was beyond the cells' `u` with ghost
-    /// cells set at the present place, ghosts filled. What these change at once is then
-    /// no change of a face's velocity.
-    pub fn update_face_correction(
-        &self,
-        domain: &Domain<D>,
-        u: &VectorField<D>,
-        dt: f64,
-        acceleration: &PressureAcceleration<D>,
-        correction: &mut VectorField<D>,
-    ) {
-        let grid = &domain.grid;
-        let acceleration = &acceleration.faces;
-        simd(
-            #[inline(always)]
-            || {
-                for (axis, correction) in correction.iter_mut().enumerate() {
-                    for row in grid.face_rows(axis) {
-                        let mean = means(&u[axis], row.clone(), grid.stride[axis]);
-                        let a = &acceleration[axis][row.clone()];
-                        for (i, (m, a)) in correction[row].iter_mut().zip(a).enumerate() {
-                            *m += dt * a - mean(i);
-                        }
+/// Gives the covered faces of an axis the fluid's velocity, which their correction has but for
+/// the acceleration, and the bodies' part of it.
+fn cover<const D: usize>(
+    cut: &CutBodies<D>,
+    axis: usize,
+    bodies: &[Body],
+    dt: f64,
+    a: &[f64],
+    correction: &[f64],
+    face: &mut [f64],
+) {
+    for (k, cut) in cut.bodies.each() {
+        let body = &bodies[k];
+        for (cut, centroids) in cut.covered(axis) {
+            let at = cut.face as usize;
+            let q = correction[at] + dt * a[at];
+            let own = cut.solid_fraction * (body.velocity[axis] - q)
+                + body.spin.cross(&centroids.lever())[axis];
+            face[at] = if cut.first { q } else { face[at] } + own;
+        }
+    }
+}
+
+/// Updates the faces' correction, which `CutBodies::interpolate` left before the acceleration
+/// of its step, `dt` (s) long: to what their velocity was beyond the cells' `u` with ghost
+/// cells set at the present place, ghosts filled. What these change at once is then
+/// no change of a face's velocity.
+pub fn update_face_correction<const D: usize>(
+    cut: &CutBodies<D>,
+    domain: &Domain<D>,
+    u: &VectorField<D>,
+    dt: f64,
+    acceleration: &PressureAcceleration<D>,
+    correction: &mut VectorField<D>,
+) {
+    let grid = &domain.grid;
+    let acceleration = &acceleration.faces;
+    simd(
+        #[inline(always)]
+        || {
+            for (axis, correction) in correction.iter_mut().enumerate() {
+                for row in grid.face_rows(axis) {
+                    let mean = means(&u[axis], row.clone(), grid.stride[axis]);
+                    let a = &acceleration[axis][row.clone()];
+                    for (i, (m, a)) in correction[row].iter_mut().zip(a).enumerate() {
+                        *m += dt * a - mean(i);
                     }
                 }
-            },
-        );
-        for (axis, (correction, q)) in correction.iter_mut().zip(u).enumerate() {
-            let open_part = OpenPart::new(grid, axis);
-            for (cut, centroids) in self.bodies.iter().flat_map(|cut| cut.covered(axis)) {
-                let at = cut.face as usize;
-                correction[at] -= open_part.mean(cut, centroids, q) - open_part.of_all(at, q);
             }
+        },
+    );
+    for (axis, (correction, q)) in correction.iter_mut().zip(u).enumerate() {
+        let open_part = OpenPart::new(grid, axis);
+        for (cut, centroids) in cut.bodies.iter().flat_map(|cut| cut.covered(axis)) {
+            let at = cut.face as usize;
+            correction[at] -= open_part.mean(cut, centroids, q) - open_part.of_all(at, q);
         }
     }
 }
@@ -134,11 +133,14 @@ impl<const D: usize> CutBodies<D> {
 fn predict_open<const D: usize>(
     grid: &Grid<D>,
     u: &VectorField<D>,
-    (keep, in_cells, dt): (f64, f64, f64),
+    numbers: StepNumbers,
+    dt: f64,
     acceleration: &VectorField<D>,
     correction: &mut VectorField<D>,
     faces: &mut VectorField<D>,
 ) {
+    let keep = numbers.keep_open;
+    let in_cells = numbers.in_cells(dt);
     simd(
         #[inline(always)]
         || {

@@ -100,7 +100,7 @@ pub fn project<const D: usize>(
     acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
     exchanged.fill(ExchangedMomentum::default());
     faces::add_to_cells(&domain.grid, 1.0, &acceleration.faces, &mut s.u);
-    cut.add_cut_cells(domain, 1.0, Some(exchanged), &mut s.u);
+    super::acceleration::add_cut_cells(cut, domain, 1.0, Some(exchanged), &mut s.u);
     domain.boundaries.fill_velocity(&mut s.u)?;
     cut.set_ghost_cells(domain, &s.bodies, false, Some(exchanged), &mut s.u);
     domain.boundaries.fill_velocity(&mut s.u)

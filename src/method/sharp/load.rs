@@ -24,9 +24,9 @@ pub fn surface_forces<'a, const D: usize>(
     Sums { forces, messages, .. }: &'a mut Sums,
 ) -> Result<&'a [SurfaceForces]> {
     let own = |k: usize| {
-        let force = cut.pressure_force(&domain.grid, k, &s.p);
-        let torque = cut.pressure_torque(&domain.grid, &s.bodies[k], k, &s.p);
-        let shear = cut.shear_force(domain, &s.bodies, k, &s.u);
+        let force = pressure_force(cut, &domain.grid, k, &s.p);
+        let torque = pressure_torque(cut, &domain.grid, &s.bodies[k], k, &s.p);
+        let shear = shear_force(cut, domain, &s.bodies, k, &s.u);
         SurfaceForces { pressure: Load { force, torque }, shear }
     };
     Ok(forces.sum_for_all(&domain.session, &cut.reach, messages, own)?)
@@ -41,130 +41,133 @@ pub fn cell_momenta<'a, const D: usize>(
     Sums { momenta, messages, .. }: &'a mut Sums,
 ) -> Result<&'a [CellMomentum]> {
     let own = |k: usize| {
-        let (inside, swirl) = cut.inside(domain, &s.bodies[k], k, &s.u);
+        let (inside, swirl) = inside(cut, domain, &s.bodies[k], k, &s.u);
         CellMomentum { exchanged: exchanged[k], inside, swirl }
     };
     Ok(momenta.sum_for_all(&domain.session, &cut.reach, messages, own)?)
 }
 
-impl<const D: usize> CutBodies<D> {
-    /// This rank's pressure force on the body `k` by a pressure (Pa) with its ghosts filled: every
-    /// face counts on the rank of the cell above it.
-    pub fn pressure_force(&self, grid: &Grid<D>, k: usize, p: &[f64]) -> Vector3<f64> {
-        let mut force = Vector3::zeros();
-        if !self.joined[k].is_empty() {
-            self.each_pressure_of_part(grid, k, p, |_, own| force += own);
-            return force;
-        }
-        for axis in 0..D {
-            let s = grid.stride[axis];
-            let area = grid.cell_volume() / grid.h[axis];
-            // Sums that do not wait for each other.
-            let mut sums = [0.0; 4];
-            for cuts in self.bodies[k].faces.cuts[axis].chunks(sums.len()) {
-                for (sum, cut) in sums.iter_mut().zip(cuts).filter(|(_, cut)| cut.owned) {
-                    let face = cut.face as usize;
-                    *sum += cut.solid_fraction * (p[face - s] - p[face]);
-                }
-            }
-            force[axis] = area * sums.iter().sum::<f64>();
-        }
-        force
+/// This rank's pressure force on the body `k` by a pressure (Pa) with its ghosts filled: every
+/// face counts on the rank of the cell above it.
+pub fn pressure_force<const D: usize>(
+    cut: &CutBodies<D>,
+    grid: &Grid<D>,
+    k: usize,
+    p: &[f64],
+) -> Vector3<f64> {
+    let mut force = Vector3::zeros();
+    if !cut.joined[k].is_empty() {
+        each_pressure_of_part(cut, grid, k, p, |_, own| force += own);
+        return force;
     }
-
-    /// Calls `take` with the lever from the centre of the obstacle `k` (m), which is one solid with
-    /// others, to each covered face beside cells that belong to it, and the force of the pressure
-    /// in these cells on the face (N). A cell within the solid has the same on both sides.
-    fn each_pressure_of_part(
-        &self,
-        grid: &Grid<D>,
-        k: usize,
-        p: &[f64],
-        mut take: impl FnMut(&Vector3<f64>, &Vector3<f64>),
-    ) {
-        let number = self.joined[k].iter().position(|(j, _)| *j == k).unwrap_or(0) as u32;
-        for (j, way) in &self.joined[k] {
-            let cut_body = &self.bodies[*j];
-            for axis in 0..D {
-                let s = grid.stride[axis];
-                let area = grid.cell_volume() / grid.h[axis];
-                let faces = cut_body.covered(axis).zip(&cut_body.faces.owners[axis]);
-                for ((cut, centroids), owners) in faces.filter(|((cut, _), _)| cut.owned) {
-                    let face = cut.face as usize;
-                    let [below, above] = owners.map(|owner| f64::from(owner == number));
-                    let mut force = Vector3::zeros();
-                    force[axis] = area * (below * p[face - s] - above * p[face]);
-                    take(
-                        &(centroids.lever() / cut.solid_fraction + way),
-                        &(cut.solid_fraction * force),
-                    );
-                }
-            }
-        }
-    }
-
-    /// Its torque about the centre, of a body that is not round.
-    pub fn pressure_torque(
-        &self,
-        grid: &Grid<D>,
-        body: &Body,
-        k: usize,
-        p: &[f64],
-    ) -> Vector3<f64> {
-        let mut torque = Vector3::zeros();
-        if body.shape().is_round() {
-            return torque;
-        }
-        if !self.joined[k].is_empty() {
-            self.each_pressure_of_part(grid, k, p, |lever, own| torque += lever.cross(own));
-            return torque;
-        }
-        for axis in 0..D {
-            let s = grid.stride[axis];
-            let area = grid.cell_volume() / grid.h[axis];
-            for (cut, centroids) in self.bodies[k].covered(axis).filter(|(cut, _)| cut.owned) {
+    for axis in 0..D {
+        let s = grid.stride[axis];
+        let area = grid.cell_volume() / grid.h[axis];
+        // Sums that do not wait for each other.
+        let mut sums = [0.0; 4];
+        for cuts in cut.bodies[k].faces.cuts[axis].chunks(sums.len()) {
+            for (sum, cut) in sums.iter_mut().zip(cuts).filter(|(_, cut)| cut.owned) {
                 let face = cut.face as usize;
-                let mut force = Vector3::zeros();
-                force[axis] = area * (p[face - s] - p[face]);
-                torque += centroids.lever().cross(&force);
+                *sum += cut.solid_fraction * (p[face - s] - p[face]);
             }
         }
-        torque
+        force[axis] = area * sums.iter().sum::<f64>();
     }
+    force
+}
 
-    /// This rank's force and torque by wall shear; ghosts of `u` filled.
-    pub fn shear_force(
-        &self,
-        domain: &Domain<D>,
-        bodies: &[Body],
-        k: usize,
-        u: &VectorField<D>,
-    ) -> Load {
-        let cut = &self.bodies[k];
-        let grid = &domain.grid;
-        let viscosity = domain.fluid.viscosity;
-        Arch::new().dispatch(WallShear { cut, bodies, k, grid, u, viscosity })
-    }
-
-    /// This rank's part of the momentum (kg m/s) and angular momentum (kg m2/s) inside the body
-    /// `k`, relative to its own motion.
-    fn inside(
-        &self,
-        domain: &Domain<D>,
-        body: &Body,
-        k: usize,
-        u: &VectorField<D>,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let mass = domain.fluid.density * domain.grid.cell_volume();
-        let mut momentum = Vector3::zeros();
-        let mut swirl = Vector3::zeros();
-        for o in &self.bodies[k].solid {
-            let own = (mass * o.fraction) * (vector(u, o.cell) - body.velocity_at(&o.arm));
-            momentum += own;
-            swirl += o.arm.cross(&own);
+/// Calls `take` with the lever from the centre of the obstacle `k` (m), which is one solid with
+/// others, to each covered face beside cells that belong to it, and the force of the pressure
+/// in these cells on the face (N). A cell within the solid has the same on both sides.
+fn each_pressure_of_part<const D: usize>(
+    cut: &CutBodies<D>,
+    grid: &Grid<D>,
+    k: usize,
+    p: &[f64],
+    mut take: impl FnMut(&Vector3<f64>, &Vector3<f64>),
+) {
+    let number = cut.joined[k].iter().position(|(j, _)| *j == k).unwrap_or(0) as u32;
+    for (j, way) in &cut.joined[k] {
+        let cut_body = &cut.bodies[*j];
+        for axis in 0..D {
+            let s = grid.stride[axis];
+            let area = grid.cell_volume() / grid.h[axis];
+            let faces = cut_body.covered(axis).zip(&cut_body.faces.owners[axis]);
+            for ((cut, centroids), owners) in faces.filter(|((cut, _), _)| cut.owned) {
+                let face = cut.face as usize;
+                let [below, above] = owners.map(|owner| f64::from(owner == number));
+                let mut force = Vector3::zeros();
+                force[axis] = area * (below * p[face - s] - above * p[face]);
+                take(
+                    &(centroids.lever() / cut.solid_fraction + way),
+                    &(cut.solid_fraction * force),
+                );
+            }
         }
-        (momentum, swirl)
     }
+}
+
+/// Its torque about the centre, of a body that is not round.
+pub fn pressure_torque<const D: usize>(
+    cut: &CutBodies<D>,
+    grid: &Grid<D>,
+    body: &Body,
+    k: usize,
+    p: &[f64],
+) -> Vector3<f64> {
+    let mut torque = Vector3::zeros();
+    if body.shape().is_round() {
+        return torque;
+    }
+    if !cut.joined[k].is_empty() {
+        each_pressure_of_part(cut, grid, k, p, |lever, own| torque += lever.cross(own));
+        return torque;
+    }
+    for axis in 0..D {
+        let s = grid.stride[axis];
+        let area = grid.cell_volume() / grid.h[axis];
+        for (cut, centroids) in cut.bodies[k].covered(axis).filter(|(cut, _)| cut.owned) {
+            let face = cut.face as usize;
+            let mut force = Vector3::zeros();
+            force[axis] = area * (p[face - s] - p[face]);
+            torque += centroids.lever().cross(&force);
+        }
+    }
+    torque
+}
+
+/// This rank's force and torque by wall shear; ghosts of `u` filled.
+pub fn shear_force<const D: usize>(
+    cut: &CutBodies<D>,
+    domain: &Domain<D>,
+    bodies: &[Body],
+    k: usize,
+    u: &VectorField<D>,
+) -> Load {
+    let cut = &cut.bodies[k];
+    let grid = &domain.grid;
+    let viscosity = domain.fluid.viscosity;
+    Arch::new().dispatch(WallShear { cut, bodies, k, grid, u, viscosity })
+}
+
+/// This rank's part of the momentum (kg m/s) and angular momentum (kg m2/s) inside the body
+/// `k`, relative to its own motion.
+fn inside<const D: usize>(
+    cut: &CutBodies<D>,
+    domain: &Domain<D>,
+    body: &Body,
+    k: usize,
+    u: &VectorField<D>,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let mass = domain.fluid.density * domain.grid.cell_volume();
+    let mut momentum = Vector3::zeros();
+    let mut swirl = Vector3::zeros();
+    for o in &cut.bodies[k].solid {
+        let own = (mass * o.fraction) * (vector(u, o.cell) - body.velocity_at(&o.arm));
+        momentum += own;
+        swirl += o.arm.cross(&own);
+    }
+    (momentum, swirl)
 }
 
 /// Force and torque on a body by the shear of a velocity, ghosts filled.

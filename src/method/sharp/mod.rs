@@ -184,7 +184,14 @@ impl<const D: usize> Method<D> for Sharp<D> {
         self.settle(domain, &s.bodies)?;
         self.acceleration.clear();
         self.set_ghost_cells(domain, &s.bodies, &mut s.u)?;
-        self.cut.interpolate(domain, s, StepNumbers::START, 0.0, &self.acceleration)?;
+        face_correction::interpolate(
+            &mut self.cut,
+            domain,
+            s,
+            StepNumbers::START,
+            0.0,
+            &self.acceleration,
+        )?;
         domain.boundaries.set_faces(&mut s.faces);
         let Sharp { cut, acceleration, rigid, .. } = self;
         impulsive_start::project(domain, s, cut, acceleration, rigid, None)?;
@@ -318,7 +325,7 @@ impl<const D: usize> Sharp<D> {
             cut.depart(&s.bodies);
             rigid.advance(domain, s, cut.h, dt)?;
             cut.arrive(domain, &s.bodies, dt);
-            cut.cover_boundaries(domain);
+            boundaries::cover_boundaries(cut, domain);
         }
         if self.set_ghost_layers(domain, &s.bodies) {
             domain.boundaries.fill_velocity(&mut s.u)?;
@@ -378,7 +385,8 @@ impl<const D: usize> Sharp<D> {
                 }
             }
             domain.boundaries.fill_stencils(stage)?;
-            self.cut.update_face_correction(
+            face_correction::update_face_correction(
+                &self.cut,
                 domain,
                 stage,
                 s.dt,
@@ -440,7 +448,7 @@ impl<const D: usize> Sharp<D> {
         if !s.faces_before[0].is_empty() {
             std::mem::swap(&mut s.faces, &mut s.faces_before);
         }
-        self.cut.interpolate(domain, s, numbers, dt, &self.acceleration)?;
+        face_correction::interpolate(&mut self.cut, domain, s, numbers, dt, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
         if numbers.own < 1.0 {
             self.acceleration.add_to(domain, &self.cut, (numbers.own - 1.0) * dt, &mut s.u);
@@ -473,7 +481,7 @@ impl<const D: usize> Sharp<D> {
         let Sharp { cut, acceleration, rigid, .. } = self;
         acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
         faces::add_to_cells(&domain.grid, dt, &acceleration.faces, &mut s.u);
-        cut.add_cut_cells(domain, dt, Some(&mut rigid.exchanged), &mut s.u);
+        acceleration::add_cut_cells(cut, domain, dt, Some(&mut rigid.exchanged), &mut s.u);
         domain.clock.lap(Stage::Faces);
         domain.boundaries.fill_velocity(&mut s.u)?;
         let before_forcing = &mut history(&mut s.surfaces)?.before_forcing;
@@ -486,8 +494,8 @@ impl<const D: usize> Sharp<D> {
 
     fn settle(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
         self.cut.settle(domain, bodies);
-        self.cut.straighten_boundaries(domain, bodies);
-        self.cut.cover_boundaries(domain);
+        boundaries::straighten_boundaries(&self.cut, domain, bodies);
+        boundaries::cover_boundaries(&self.cut, domain);
         self.set_ghost_layers(domain, bodies);
         domain.projection.assemble(&domain.grid, &self.cut.beta)
     }

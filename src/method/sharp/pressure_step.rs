@@ -132,7 +132,7 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
 
     fn follow(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
         let cut = self.coupled.cut();
-        let own = |k: usize| cut.pressure_force(grid, k, phi);
+        let own = |k: usize| super::load::pressure_force(cut, grid, k, phi);
         let Sums { vectors, messages, .. } = &mut *self.sums;
         let forces = vectors.sum_here(self.session, &cut.reach, messages, own)?;
         for k in cut.reach.here() {
@@ -150,7 +150,7 @@ impl<const D: usize> Following<'_, D> {
     fn follow_turning(&mut self, grid: &Grid<D>, dt: f64, phi: &[f64]) -> Result<()> {
         let cut = self.coupled.cut();
         let bodies = self.coupled.bodies();
-        let own = |k: usize| cut.pressure_torque(grid, &bodies[k], k, phi);
+        let own = |k: usize| super::load::pressure_torque(cut, grid, &bodies[k], k, phi);
         let Sums { vectors, messages, .. } = &mut *self.sums;
         let torques = vectors.sum_here(self.session, &cut.reach, messages, own)?;
         for k in self.oblong.iter().map(|k| *k as usize) {

@@ -185,7 +185,8 @@ impl<const D: usize> Stencils<D> {
         image: &Image,
         normal: &Normal,
         s: f64,
-        (profile, own): (usize, &Reading),
+        profile: usize,
+        own: &Reading,
     ) -> Option<Cubic> {
         let gap = around.gap(&image.centre, normal);
         let clear = around.clear_of_corners(normal, gap.width);

@@ -74,4 +74,9 @@ impl StepNumbers {
         let crowded = crowded > 0.0;
         Ok(StepNumbers { courant, diffusion, keep, keep_open, own, crowded })
     }
+
+    /// For how long (s) of a step `dt` (s) the cells still have the last pressure's acceleration.
+    pub fn in_cells(&self, dt: f64) -> f64 {
+        (1.0 - self.own) * dt
+    }
 }

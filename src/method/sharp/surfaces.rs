@@ -33,7 +33,7 @@ impl<const D: usize> Walls<D> for Surfaces<'_, D> {
         let Surfaces { cut, exchanged } = self;
         match within {
             Within::Stage(part) => {
-                cut.add_cut_cells(domain, part * dt, None, u);
+                super::acceleration::add_cut_cells(cut, domain, part * dt, None, u);
                 if part == 1.0 {
                     domain.boundaries.fill_velocity(u)?;
                     cut.set_ghost_cells(domain, &s.bodies, true, None, u);
@@ -45,7 +45,7 @@ impl<const D: usize> Walls<D> for Surfaces<'_, D> {
                 domain.clock.lap(Stage::Ghosts);
             }
             Within::Legendre(stage) => {
-                cut.add_cut_cells(domain, stage.part() * dt, None, u);
+                super::acceleration::add_cut_cells(cut, domain, stage.part() * dt, None, u);
                 if stage.weight != 0.0 {
                     domain.boundaries.fill_velocity(u)?;
                     cut.find_targets(domain, &s.bodies, true, u);
@@ -56,7 +56,7 @@ impl<const D: usize> Walls<D> for Surfaces<'_, D> {
                 domain.clock.lap(Stage::Mixing);
             }
             // Ghost cells belong to the velocity with its pressure.
-            Within::End => cut.add_cut_cells(domain, dt, None, u),
+            Within::End => super::acceleration::add_cut_cells(cut, domain, dt, None, u),
         }
         Ok(())
     }

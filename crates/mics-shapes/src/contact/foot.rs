@@ -19,7 +19,7 @@ pub(crate) fn foot(
     let placed = Placed::new(part, pose);
     let found = match &part.core {
         Core::Polytope(polytope) => {
-            return polytope::foot(polytope, &placed, part.rounding, (simplex, normal), most);
+            return polytope::foot(polytope, &placed, part.rounding, simplex, normal, most);
         }
         _ => match Beside::new(placed) {
             Some(beside) => beside.foot(simplex, normal),

@@ -184,7 +184,7 @@ impl Above<'_> {
             if self.least_height(polytope, side, simplex) - rounding > most {
                 return None;
             }
-            polytope::foot(polytope, side, rounding, (simplex, &face.normal), most)
+            polytope::foot(polytope, side, rounding, simplex, &face.normal, most)
         });
         // The mean of all corners that are as near.
         let least = nearest.gap + SAME * self.part.radius;

@@ -278,7 +278,8 @@ pub(crate) fn foot(
     polytope: &Polytope,
     side: &Placed<'_>,
     rounding: f64,
-    (simplex, normal): (&[Vector3<f64>], &Vector3<f64>),
+    simplex: &[Vector3<f64>],
+    normal: &Vector3<f64>,
     most: f64,
 ) -> Option<Foot> {
     let mut best = None;
