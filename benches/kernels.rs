@@ -7,7 +7,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use mics::config::load;
 use mics::contact::{Contacts, Damping, Laws, Material, Substeps, Touching};
 use mics::geometry::fraction::{self, Rule};
-use mics::geometry::{Cuts, Disc, Orientation, Placed, Shape, Sphere, aperture};
+use mics::geometry::{Cuts, Disc, Placed, Pose, Shape, Sphere, aperture};
 use mics::grid::Coefficient;
 use mics::kernels::advection::{Carrier, Fluxes, upwind5};
 use mics::kernels::diffusion;
@@ -135,7 +135,7 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
         let radius = 0.5 * across * grid.h[0];
         let mut planes = std::array::from_fn(|_| Vec::new());
         let shape: &dyn Shape = if D == 2 { &Disc { radius } } else { &Sphere { radius } };
-        let body = Placed { shape, centre, orientation: Orientation::identity() };
+        let body = Placed { shape, pose: Pose { place: centre, ..Pose::default() } };
         let id = |what: &str| BenchmarkId::new(what, format!("{name}-{across}"));
         group.bench_function(id("fractions"), |b| {
             b.iter(|| {

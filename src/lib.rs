@@ -71,7 +71,7 @@
 //! | [`grid`] | the grid, its fields, the conditions at the faces of the box |
 //! | [`kernels`] | advection, diffusion, faces: a file each, its stencil at the top |
 //! | [`poisson`] | the pressure equation: operator, multigrid, C-HSMAC |
-//! | [`geometry`] | shapes of bodies: solid fractions of cells and faces, surface points |
+//! | [`geometry`] | solid fractions of cells and faces; the shapes are [`mics_shapes`]'s |
 //! | [`particles`], [`contact`] | bodies; how they touch, and the fluid in the gaps between them |
 //! | [`state`] | what lasts from step to step, and nothing else |
 //! | [`drive`] | a force, a slope or a flow rate that moves the fluid |

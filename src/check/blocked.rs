@@ -84,10 +84,8 @@ fn find_shut<const D: usize>(
     let solid = mark_solid(grid, bodies.iter().filter(|body| wanted(body)));
     let shut = ways.into_iter().find(|(way, _)| match way {
         Way::Along(axis) => {
-            let (first, last) = (
-                |at: &[usize; D]| at[*axis] == 0,
-                |at: &[usize; D]| at[*axis] + 1 == grid.cells[*axis],
-            );
+            let first = |at: &[usize; D]| at[*axis] == 0;
+            let last = |at: &[usize; D]| at[*axis] + 1 == grid.cells[*axis];
             !connected(grid, &solid, Some(*axis), first, last)
         }
         Way::From(side) => {

@@ -197,9 +197,9 @@ fn find<const D: usize>(
     arms: &mut Vec<Vector3<f64>>,
 ) {
     let Faces { axis, from, to, on } = *faces;
-    let Placed { shape, centre, .. } = body;
+    let Placed { shape, pose } = body;
     let bounds = body.turned().bounds();
-    for image in images(grid, *shape, centre) {
+    for image in images(grid, *shape, &pose.place) {
         let place = |a: usize, x: f64| (x / grid.h[a] + if a == axis { 0.5 } else { 0.0 }).floor();
         let low = std::array::from_fn(|a| place(a, image[a] - bounds[a]));
         let high = std::array::from_fn(|a| place(a, image[a] + bounds[a]));

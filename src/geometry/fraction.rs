@@ -3,7 +3,7 @@
 //! spread over the cut cells.
 
 use super::block::{Block, images};
-use super::{Disc, Placed};
+use super::{Disc, Placed, Pose};
 use crate::grid::Grid;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -57,9 +57,12 @@ pub fn overlaps<const D: usize>(
     let is_disc = shape.dimension() == 2 && shape.is_round();
     let disc =
         (rule == Rule::Polygon && is_disc && !small).then(|| Disc { radius: shape.radius() });
-    for centre in images(grid, shape, &body.centre) {
+    for centre in images(grid, shape, &body.pose.place) {
         match &disc {
-            None => collect(grid, &Placed { centre, ..*body }, planes, overlaps),
+            None => {
+                let pose = Pose { place: centre, ..body.pose };
+                collect(grid, &Placed { shape, pose }, planes, overlaps);
+            }
             Some(disc) => collect_polygons(grid, disc, &centre, overlaps),
         }
     }
@@ -90,7 +93,7 @@ fn collect<const D: usize>(
     planes: &mut [Vec<f64>; 3],
     out: &mut Vec<Overlap>,
 ) {
-    let centre = &body.centre;
+    let centre = &body.pose.place;
     let block = Block::owned(grid, centre, &body.turned().bounds());
     let place = |a: usize, n: usize| n as f64 * grid.h[a] - centre[a];
     let Some(first) = block.set_planes(planes, place) else { return };

@@ -17,25 +17,21 @@ pub use aperture::{Cut, Cuts, FaceCentroids};
 pub use block::{Block, images};
 pub use fraction::Overlap;
 pub use mics_shapes as shapes;
-pub use mics_shapes::{Disc, Nearest, Orientation, Shape, Sphere, SurfacePoint, Turned};
+pub use mics_shapes::{Disc, Nearest, Orientation, Pose, Shape, Sphere, SurfacePoint, Turned};
 pub(crate) use planes::Planes;
-
-use nalgebra::Vector3;
 
 /// A shape at its place.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed<'a> {
     /// What.
     pub shape: &'a dyn Shape,
-    /// Its centre (m).
-    pub centre: Vector3<f64>,
-    /// How it is turned.
-    pub orientation: Orientation,
+    /// Where its centre is, and how it is turned.
+    pub pose: Pose,
 }
 
 impl Placed<'_> {
     /// It as it is turned.
     pub fn turned(&self) -> Turned<'_> {
-        self.shape.turned(&self.orientation)
+        self.shape.turned(&self.pose.orientation)
     }
 }

@@ -59,31 +59,5 @@ pub(crate) fn refuse_collisions<const D: usize>(
 /// Whether two bodies overlap whose spheres do, the second one's centre `apart` from the first's
 /// (m).
 fn overlap(body: &Body, other: &Body, apart: &Vector3<f64>) -> bool {
-    if body.shape().is_round() && other.shape().is_round() {
-        return true;
-    }
-    let has_parts =
-        |body: &Body| body.is_round() || !body.parts().is_empty() || body.shape().is_obstacle();
-    if has_parts(body) && has_parts(other) {
-        return gap(body, other, apart).1 <= 1e-9 * body.radius().min(other.radius());
-    }
-    // From one to the nearest point of the other and back: between convex bodies this ends at their
-    // gap, or within both.
-    let own = body.placed();
-    let its = other.placed();
-    let touch = 1e-9 * body.radius().min(other.radius());
-    let mut point = *apart;
-    for _ in 0..100 {
-        let near = own.turned().nearest(&point);
-        if near.distance <= touch {
-            return true;
-        }
-        point -= near.distance * near.normal + apart;
-        let near = its.turned().nearest(&point);
-        if near.distance <= touch {
-            return true;
-        }
-        point += apart - near.distance * near.normal;
-    }
-    false
+    gap(body, other, apart).1 <= 1e-9 * body.radius().min(other.radius())
 }

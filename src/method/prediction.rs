@@ -105,8 +105,8 @@ impl<const D: usize> Prediction<D> {
     }
 
     /// (7) over `dt` (s): the velocity `s.u` (m/s), ghosts filled, becomes u*, with the
-    /// `acceleration` by the last pressure on faces (m/s2) in the stages. Returns the forces of this
-    /// rank's sides on the fluid, where a balance is kept. Collective.
+    /// `acceleration` by the last pressure on faces (m/s2) in the stages. Returns the forces of
+    /// this rank's sides on the fluid, where a balance is kept. Collective.
     pub fn predict(
         &mut self,
         domain: &mut Domain<D>,

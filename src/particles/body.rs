@@ -3,7 +3,7 @@
 use super::{Inertia, RigidVelocity};
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::geometry::{Orientation, Placed, Shape};
+use crate::geometry::{Orientation, Placed, Pose, Shape};
 use mics_shapes::Part;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
@@ -190,9 +190,14 @@ impl Body {
         self.shape().turned(&self.orientation()).distance(arm)
     }
 
+    /// Where its centre is, and how it is turned.
+    pub fn pose(&self) -> Pose {
+        Pose { place: self.centre, orientation: self.orientation() }
+    }
+
     /// Its shape at its place.
     pub fn placed(&self) -> Placed<'_> {
-        Placed { shape: self.shape(), centre: self.centre, orientation: self.orientation() }
+        Placed { shape: self.shape(), pose: self.pose() }
     }
 
     /// Fluid of a density (kg/m3) that goes along with it where it is round and far from everything

@@ -188,7 +188,8 @@ mod tests {
                 && said.contains("fluid"),
             "{said}"
         );
-        (s.energy.method, s.energy.friction) = (2.0, -4.0);
+        s.energy.method = 2.0;
+        s.energy.friction = -4.0;
         assert!(judge(&s).unwrap().contains("friction"));
     }
 }

@@ -144,7 +144,7 @@ impl<const D: usize> Run<'_, D> {
                 };
             }
             let outcome = self.failed(stepped)?;
-            self.show_progress((outcome.dt, outcome.projected.divergence_max), &pending);
+            self.show_progress(outcome.dt, outcome.projected.divergence_max, &pending);
             if self.interrupt.asked() {
                 return Err(Error::Interrupted("interrupted; nothing was written".into()));
             }

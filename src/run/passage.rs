@@ -66,7 +66,8 @@ impl<const D: usize> Run<'_, D> {
         let domain = &self.scene.domain;
         let s = &self.scene.state;
         let mut centre = body.centre;
-        let (far, extent) = (domain.grid.size[axis], body.reach()[axis]);
+        let far = domain.grid.size[axis];
+        let extent = body.reach()[axis];
         centre[axis] = if body.centre[axis] > 0.5 * far { extent } else { far - extent };
         let clear = |other: &Body| {
             let apart = nearest_image(&other.centre, &centre, &domain.periods()).norm();

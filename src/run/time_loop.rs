@@ -145,14 +145,15 @@ impl<const D: usize> Run<'_, D> {
     fn write_due(&mut self, outcome: StepOutcome, pending: &mut Pending) -> Result<Wishes> {
         let step = self.scene.state.steps;
         let time = self.scene.state.time;
-        let shown = (outcome.dt, outcome.projected.divergence_max);
+        let dt = outcome.dt;
+        let divergence = outcome.projected.divergence_max;
         let wishes = self.write_row(outcome)?;
         if pending.particles.due(step, time) {
             self.write_particles()?;
         }
         self.sample(pending.speed)?;
         self.record()?;
-        self.show_progress(shown, pending);
+        self.show_progress(dt, divergence, pending);
         self.scene.domain.clock.lap(Stage::Logs);
         if pending.fields.due(step, time) {
             self.write_fields()?;
@@ -162,7 +163,7 @@ impl<const D: usize> Run<'_, D> {
 
     /// Shows how far the run is, where that is due, after a step of `dt` (s) that left this
     /// divergence (1/s).
-    pub(super) fn show_progress(&mut self, (dt, divergence): (f64, f64), pending: &Pending) {
+    pub(super) fn show_progress(&mut self, dt: f64, divergence: f64, pending: &Pending) {
         if self.progress.due() {
             let state = Record {
                 step: self.scene.state.steps,
@@ -182,7 +183,8 @@ impl<const D: usize> Run<'_, D> {
     fn name_unused_options(&self) -> Result<()> {
         let unused = self.session.unused_options()?;
         if !unused.is_empty() && self.session.rank() == 0 {
-            let (unused, count) = (unused.join(", "), unused.len());
+            let count = unused.len();
+            let unused = unused.join(", ");
             let one =
                 if count == 1 { "option that nothing uses" } else { "options that nothing uses" };
             // A closed stderr is no reason to end a run.

@@ -41,8 +41,10 @@ pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> S
     let error = c.difference().unwrap_or_default();
     let verdict = c.verdict();
     let verdict = if c.pass { verdict.to_owned() } else { format!("**{verdict}**") };
-    let (reference, tolerance, steps, seconds) =
-        (c.reference, percent(c.tolerance), run.steps, run.wall_seconds);
+    let reference = c.reference;
+    let tolerance = percent(c.tolerance);
+    let steps = run.steps;
+    let seconds = run.wall_seconds;
     format!(
         "| {case} | {measure} | {value} | {reference} | {error} | {tolerance} | {verdict} | \
         {steps} | {seconds:.1} |"

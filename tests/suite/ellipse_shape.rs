@@ -1,7 +1,7 @@
 //! The shape of an ellipse on a grid: area, moments, inertia and distance.
 
 use crate::support::petsc;
-use mics::geometry::{Cuts, Disc, Orientation, Placed, Shape, aperture, fraction, shapes};
+use mics::geometry::{Cuts, Disc, Orientation, Placed, Pose, Shape, aperture, fraction, shapes};
 use mics::grid::{GHOSTS, Grid};
 use mics::petsc::Layout;
 use nalgebra::Vector3;
@@ -45,7 +45,7 @@ fn ellipse_area_and_moments_exact_at_any_orientation() {
     for k in 0..60 {
         let orientation = Orientation::from_scaled_axis(Vector3::z() * (7.0 * scatter(3 * k)));
         let centre = Vector3::new(1.0 + scatter(3 * k + 1), 0.9 + 0.4 * scatter(3 * k + 2), 0.0);
-        let placed = Placed { shape: &body, centre, orientation };
+        let placed = Placed { shape: &body, pose: Pose { place: centre, orientation } };
         let mut cells = Vec::new();
         fraction::overlaps(&grid, &placed, fraction::Rule::Exact, &mut planes, &mut cells);
         let half = Vector3::new(0.5 * grid.h[0], 0.5 * grid.h[1], 0.0);

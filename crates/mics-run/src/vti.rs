@@ -94,8 +94,8 @@ impl Head {
         let image = head.lines().find(|l| l.starts_with("<ImageData"))?;
         let numbers =
             |text: String| text.split(' ').map(|w| w.parse().ok()).collect::<Option<Vec<f64>>>();
-        let (extent, h) =
-            (numbers(attribute(image, "WholeExtent")?)?, numbers(attribute(image, "Spacing")?)?);
+        let extent = numbers(attribute(image, "WholeExtent")?)?;
+        let h = numbers(attribute(image, "Spacing")?)?;
         let cells = [1, 3, 5].map(|k| extent.get(k).copied().unwrap_or(0.0) as usize);
         let time = head.lines().find(|line| line.contains("TimeValue"))?;
         let time = time.get(time.find('>')? + 1..time.rfind("</")?)?.parse().ok()?;
@@ -287,8 +287,9 @@ mod tests {
         let head = Head { time: 0.1 + 0.2, cells: [2, 2, 1], h: [0.1, 0.3, 0.1], arrays };
         let (whole, file) = Part::create(&path).unwrap();
         let mut cells = Cells::of(file, &path, &head);
-        let (u, v, p) =
-            ([1.0, 2.0, 3.0, 4.0], [5.0, f64::MIN_POSITIVE, 7.0, 8.0], [-0.0, 1e300, 1.5, 2.5]);
+        let u = [1.0, 2.0, 3.0, 4.0];
+        let v = [5.0, f64::MIN_POSITIVE, 7.0, 8.0];
+        let p = [-0.0, 1e300, 1.5, 2.5];
         cells.put(1, 1, 2, 2..4, &[&p]);
         cells.put(1, 1, 0, 0..2, &[&p]);
         cells.frame(&head);

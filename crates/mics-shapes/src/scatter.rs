@@ -1,7 +1,7 @@
 //! What the tests of shapes have in common.
 
-use super::{Lattice, Shape, Tile};
-use nalgebra::{Rotation3, Vector3};
+use super::{Lattice, Orientation, Shape, Tile};
+use nalgebra::Vector3;
 
 /// Numbers that look as drawn, in (-1, 1).
 pub fn scatter(k: usize) -> f64 {
@@ -13,7 +13,7 @@ pub fn scatter(k: usize) -> f64 {
 pub fn with_tiles<T>(body: &dyn Shape, k: usize, then: impl FnOnce(&Lattice, &[Tile]) -> T) -> T {
     let two = body.dimension() == 2;
     let axis = Vector3::from_fn(|a, _| if two && a < 2 { 0.0 } else { 3.0 * scatter(9 * k + a) });
-    let turn = Rotation3::from_scaled_axis(if k.is_multiple_of(3) { 0.0 * axis } else { axis });
+    let turn = Orientation::from_scaled_axis(if k.is_multiple_of(3) { 0.0 * axis } else { axis });
     let h = [0.07, 0.15, 0.4, 1.3][k % 4] * 2.0 * body.radius();
     let n = (1.2 * body.radius() / h) as i32 + 2;
     let shift = |a: usize| if k.is_multiple_of(5) { 0.0 } else { 0.5 * h * scatter(4 * k + a) };
@@ -24,7 +24,7 @@ pub fn with_tiles<T>(body: &dyn Shape, k: usize, then: impl FnOnce(&Lattice, &[T
     if two {
         planes[2] = vec![0.0; 2];
     }
-    let lattice = Lattice { factor: 1.0, turn, planes: &planes, faces: None };
+    let lattice = Lattice { factor: 1.0, orientation: turn, planes: &planes, faces: None };
     let mut tiles = Vec::new();
     body.tile(&lattice, &mut |tile| tiles.push(*tile));
     then(&lattice, &tiles)
@@ -82,7 +82,7 @@ pub fn counted(body: &dyn Shape, n: usize) -> (f64, f64) {
                 let found = tiles.iter().find(|tile| tile.at == at);
                 let none = Tile::new(lattice.planes, at, 0.0, Vector3::zeros());
                 let tile = found.copied().unwrap_or(none);
-                let moment = lattice.turn * first / count as f64;
+                let moment = lattice.orientation * first / count as f64;
                 worst.0 = worst.0.max((tile.part - part / count as f64).abs());
                 worst.1 = worst.1.max((tile.moment - moment).norm() / body.radius());
             }

@@ -77,9 +77,6 @@ impl Turned<'_> {
 
     /// How far it reaches from the centre along the axes of the box, to the further side (m).
     pub fn bounds(&self) -> Vector3<f64> {
-        if self.shape.is_round() {
-            return Vector3::repeat(self.shape.radius());
-        }
         let axes = self.orientation.matrix();
         Vector3::from_fn(|a, _| {
             if a >= self.shape.dimension() {
@@ -90,14 +87,15 @@ impl Turned<'_> {
         })
     }
 
-    /// Calls with the boxes between `planes` (m) that it reaches; with `faces`, the axis of those in
-    /// whose middles they lie, moments and levers are found as well.
+    /// Calls with the boxes between `planes` (m) that it reaches; with `faces`, the axis of those
+    /// in whose middles they lie, moments and levers are found as well.
     pub fn tile(&self, planes: &[Vec<f64>; 3], faces: Option<usize>, found: &mut dyn FnMut(&Tile)) {
-        self.shape.tile(&Lattice { factor: 1.0, turn: *self.orientation, planes, faces }, found);
+        self.shape
+            .tile(&Lattice { factor: 1.0, orientation: *self.orientation, planes, faces }, found);
     }
 
-    /// Part of the box with its centre at `middle` (m) and the half edges `half` (m; zero along z in
-    /// 2D) that it fills.
+    /// Part of the box with its centre at `middle` (m) and the half edges `half` (m; zero along z
+    /// in 2D) that it fills.
     pub fn part_of(&self, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
         let planes = [0, 1, 2].map(|a| vec![middle[a] - half[a], middle[a] + half[a]]);
         let mut part = 0.0;

@@ -205,7 +205,7 @@ fn complain(line: &str) {
 fn act(command: Command) -> Result<u8> {
     let done = match command {
         Command::Run { scene, out, force, resume, quiet, ranks } => {
-            return run_case(scene, out, (force, resume, quiet), ranks);
+            return run_case(scene, out, force, resume, quiet, ranks);
         }
         Command::Check { scene, quiet } => {
             ranks::check(&scene.case, &scene.set)?;
@@ -254,11 +254,14 @@ fn act(command: Command) -> Result<u8> {
 
 /// Runs a case, here or on ranks of its own, and returns the exit status.
 fn run_case(
-    SceneArgs { case, set, petsc }: SceneArgs,
+    scene: SceneArgs,
     out: Option<PathBuf>,
-    (force, resume, quiet): (bool, bool, bool),
+    force: bool,
+    resume: bool,
+    quiet: bool,
     ranks: Option<Ranks>,
 ) -> Result<u8> {
+    let SceneArgs { case, set, petsc } = scene;
     let choice = ranks::Choice {
         ranks,
         case: &case,

@@ -10,8 +10,8 @@ use super::seen::{Before, Feet, Kept, KeptFace};
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Reading, Stencils};
 use crate::geometry::{
-    Block, Cut, Cuts, FaceCentroids, Overlap, Placed, Shape, SurfacePoint, aperture, fraction,
-    images,
+    Block, Cut, Cuts, FaceCentroids, Overlap, Placed, Pose, Shape, SurfacePoint, aperture,
+    fraction, images,
 };
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
@@ -368,7 +368,7 @@ impl<const D: usize> CutBody<D> {
             return;
         }
         let shape = body.shape();
-        let placed = Placed { shape, centre: body.centre, orientation };
+        let placed = Placed { shape, pose: Pose { place: body.centre, orientation } };
         let mut points = self.surface.quadrature_points.windows(2);
         self.surface.flat = points.any(|two| two[0].normal == two[1].normal);
         // A face along an axis has a cell on either side.

@@ -214,10 +214,8 @@ mod tests {
     fn contours_of_many_hills_never_branch() {
         let hills = plane(40, |x, y| (9.0 * x).sin() * (11.0 * y).cos() + 0.02 * (x - y));
         for level in [-0.5, 0.0, 0.02, 0.5] {
-            let (all, crossings) = (
-                lines(&hills, level),
-                Nodes { plane: &hills, values: &hills.values }.links(level).len(),
-            );
+            let all = lines(&hills, level);
+            let crossings = Nodes { plane: &hills, values: &hills.values }.links(level).len();
             let closed = all.iter().filter(|line| line.first() == line.last()).count();
             assert_eq!(
                 all.iter().map(Vec::len).sum::<usize>() - closed,

@@ -53,7 +53,8 @@ impl Disc {
             let last = parts.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             return (last > first).then_some((first, last));
         }
-        let ([x, y], length) = (self.local(a).map(|d| -d), distance(a, b));
+        let [x, y] = self.local(a).map(|d| -d);
+        let length = distance(a, b);
         let [dx, dy] = [0, 1].map(|k| (b[k] - a[k]) / length);
         let nearest = x * dx + y * dy;
         let aside = x * dy - y * dx;
@@ -106,8 +107,8 @@ pub fn area(ring: &[Point]) -> f64 {
 
 /// Distance of a point from a segment.
 fn to_segment(at: Point, from: Point, to: Point) -> f64 {
-    let ([dx, dy], [x, y]) =
-        ([to[0] - from[0], to[1] - from[1]], [at[0] - from[0], at[1] - from[1]]);
+    let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+    let [x, y] = [at[0] - from[0], at[1] - from[1]];
     let part = ((x * dx + y * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     distance(at, [from[0] + part * dx, from[1] + part * dy])
 }

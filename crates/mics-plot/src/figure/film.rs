@@ -210,7 +210,8 @@ impl Frame {
             let apart = |k: &usize| a[*k] != b[*k];
             left = (0..left).find(apart).unwrap_or(left);
             right = (right..width).rfind(apart).unwrap_or(right);
-            (top, bottom) = (top.min(y), y);
+            top = top.min(y);
+            bottom = y;
         }
         if top > bottom {
             return ((0, 0), (1, 1));

@@ -35,7 +35,8 @@ impl Frame {
 
     /// Draws grid lines across the plot.
     pub fn grid(&self, sheet: &mut Sheet) {
-        let ((left, top), (width, height)) = (self.corner, self.extent);
+        let (left, top) = self.corner;
+        let (width, height) = self.extent;
         let vertical = self.x.named().map(|tick| self.pixel(tick.0, 0.0).0);
         let vertical = vertical.map(|x| vec![(x, top), (x, top + height)]);
         let level = self.y.named().map(|tick| self.pixel(0.0, tick.0).1);
@@ -45,7 +46,8 @@ impl Frame {
 
     /// Draws the frame, ticks and labels; `right` puts the vertical axis on the right.
     pub fn axes(&self, sheet: &mut Sheet, right: bool) {
-        let ((left, top), (width, height)) = (self.corner, self.extent);
+        let (left, top) = self.corner;
+        let (width, height) = self.extent;
         let below = top + height + TICK + GAP;
         let centred = (HPos::Center, VPos::Top);
         let long = |label: &str| if label.is_empty() { TICK / 2 } else { TICK };

@@ -213,7 +213,8 @@ impl<'a> Strip<'a> {
     fn plot(&self, index: usize) -> Frame {
         let column = (index % self.columns) as i32;
         let row = (index / self.columns) as i32;
-        let (plane, (width, height)) = (&self.panels[index], self.extent);
+        let plane = &self.panels[index];
+        let (width, height) = self.extent;
         Frame {
             corner: (
                 self.corner.0 + column * (width + BESIDE),

@@ -24,7 +24,8 @@ fn flow_past_a_disc(cells: [usize; 2], size: [f64; 2]) -> Plane {
         let centre = |k: usize, axis: usize| (k as f64 + 0.5) * size[axis] / cells[axis] as f64;
         let x = centre(k % cells[0], 0) - disc.centre[0];
         let y = centre(k / cells[0], 1) - disc.centre[1];
-        let (square, part) = (x * x + y * y, disc.radius.powi(2) / (x * x + y * y).max(1e-12));
+        let square = x * x + y * y;
+        let part = disc.radius.powi(2) / (x * x + y * y).max(1e-12);
         plane.u.push(1.0 - part * (x * x - y * y) / square.max(1e-12));
         plane.v.push(-2.0 * part * x * y / square.max(1e-12));
         plane.values.push(y * (-square / 0.1).exp());
@@ -137,7 +138,8 @@ fn streamlines_of_vortex_are_closed() {
     let mut plane = flow_past_a_disc([64, 64], [1.0, 1.0]);
     plane.discs.clear();
     for k in 0..64 * 64 {
-        (plane.u[k], plane.v[k]) = (31.5 - (k / 64) as f64, (k % 64) as f64 - 31.5);
+        plane.u[k] = 31.5 - (k / 64) as f64;
+        plane.v[k] = (k % 64) as f64 - 31.5;
     }
     let lines = trace::streamlines(&plane, 0.05);
     assert!(lines.iter().filter(|line| line.first() == line.last()).count() > 5);

@@ -63,7 +63,8 @@ impl Vector<'_> {
             panels.push((axes, series));
         }
         if let Some((first, _)) = panels.first_mut() {
-            (first.title, first.note) = (self.title, self.notes.join("; "));
+            first.title = self.title;
+            first.note = self.notes.join("; ");
         }
         Some(Chart { panels, beside: false }).filter(Chart::shows)
     }

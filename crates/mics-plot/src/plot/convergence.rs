@@ -73,7 +73,8 @@ impl StepSolves {
         }
         let after = column("divergence_after")?;
         let off = |found: &StepSolves| time.map_or(0.0, |time| (found.time - time).abs());
-        let (mut best, mut found): (Option<StepSolves>, _) = (None, StepSolves::default());
+        let mut best: Option<StepSolves> = None;
+        let mut found = StepSolves::default();
         let mut ends: Option<(f64, f64)> = None;
         let mut record = csv::StringRecord::new();
         loop {

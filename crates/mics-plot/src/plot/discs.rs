@@ -165,15 +165,17 @@ fn part(value: f64, [least, most]: [f64; 2]) -> f64 {
 /// marks of their turning.
 pub fn discs(
     case: &Case,
-    (axis, height): (usize, f64),
+    axis: usize,
+    height: f64,
     size: [f64; 2],
     place: &dyn Fn(usize) -> Option<Pose>,
     colours: Option<&Colours>,
 ) -> Vec<Disc> {
     let greys = Colours::greys(case);
-    let (axes, materials, names) = (section::axes(axis), materials(case), unique_names(case));
-    let mut discs: Vec<Disc> =
-        obstacles(case, (section::axes(axis), height), size, place).collect();
+    let axes = section::axes(axis);
+    let materials = materials(case);
+    let names = unique_names(case);
+    let mut discs: Vec<Disc> = obstacles(case, axes, height, size, place).collect();
     let mut surfaces: HashMap<*const (), Surface> = HashMap::new();
     for (id, p) in case.particle.iter().enumerate() {
         // What moves and has no place has left the box or not come in.
@@ -181,18 +183,20 @@ pub fn discs(
         let Some(pose) = place(id).or_else(|| rests().then(|| Pose::at(start(p)))) else {
             continue;
         };
-        let (at, off) = (pose.centre, off_plane(case, pose.centre, (axis, height)));
+        let at = pose.centre;
+        let off = off_plane(case, pose.centre, axis, height);
         let reach = 0.5 * p.shape.bounding_diameter();
         let square = reach * reach - off * off;
         if square <= 0.0 {
             continue;
         }
-        let (mut radius, mut outline) = (square.sqrt(), Vec::new());
+        let mut radius = square.sqrt();
+        let mut outline = Vec::new();
         if let Some(solid) = p.shape.solid() {
             let geometry = Arc::as_ptr(solid.geometry()).cast::<()>();
             let surface = surfaces.entry(geometry).or_insert_with(|| Surface::of(solid));
             let turn = pose.orientation.unwrap_or_else(|| p.turn());
-            outline = surface.rings(&turn, axes, -off, (case.dimension(), reach));
+            outline = surface.rings(&turn, axes, -off, case.dimension(), reach);
             let corners = outline.iter().flatten().map(|at| at[0].hypot(at[1]));
             radius = corners.fold(0.0, f64::max);
             if outline.is_empty() {
@@ -216,7 +220,8 @@ pub fn discs(
             let centre =
                 [at[axes[0]] + f64::from(ka) * size[0], at[axes[1]] + f64::from(kb) * size[1]];
             if (0..2).all(|a| centre[a] > -radius && centre[a] < size[a] + radius) {
-                let (outline, label) = (outline.clone(), label.clone());
+                let outline = outline.clone();
+                let label = label.clone();
                 discs.push(Disc { centre, radius, outline, shade, mark, label, wall: false });
             }
         }
@@ -227,13 +232,14 @@ pub fn discs(
 /// What the plane cuts of the obstacles.
 fn obstacles(
     case: &Case,
-    plane: ([usize; 2], f64),
+    axes: [usize; 2],
+    height: f64,
     size: [f64; 2],
     place: &dyn Fn(usize) -> Option<Pose>,
 ) -> impl Iterator<Item = Disc> {
     case.obstacle.iter().enumerate().map(move |(k, obstacle)| {
         let pose = place(case.particle.len() + k);
-        let outline = walls::rings(case, obstacle.wall(), pose, plane, size);
+        let outline = walls::rings(case, obstacle.wall(), pose, axes, height, size);
         let radius = outline.iter().flatten().map(|at| at[0].hypot(at[1])).fold(0.0, f64::max);
         Disc { radius, outline, wall: true, ..Disc::default() }
     })
@@ -241,11 +247,12 @@ fn obstacles(
 
 /// How far a place lies from the plane across an axis at a height (m), by the shortest way across a
 /// periodic axis; 0 in 2D.
-fn off_plane(case: &Case, at: [f64; 3], (axis, height): (usize, f64)) -> f64 {
+fn off_plane(case: &Case, at: [f64; 3], axis: usize, height: f64) -> f64 {
     if case.dimension() == 2 {
         return 0.0;
     }
-    let (across, length) = (at[axis] - height, case.domain.size[axis]);
+    let across = at[axis] - height;
+    let length = case.domain.size[axis];
     if case.periodic(axis) { across - length * (across / length).round() } else { across }
 }
 
@@ -292,22 +299,21 @@ mod tests {
     fn rotation_mark_turns_with_body_and_is_cut_by_plane() {
         let case = case(&sphere(0.2, ""));
         let colours = Colours::of(Bodies::Size, &case, 0.0);
-        let mark = |section: (usize, f64), axis: Vector3<f64>, angle: f64| {
+        let mark = |across: usize, height: f64, axis: Vector3<f64>, angle: f64| {
             let orientation = Some(UnitQuaternion::from_scaled_axis(axis * angle));
             let place = |_| Some(Pose { orientation, ..Pose::at([0.5; 3]) });
-            discs(&case, section, [1.0; 2], &place, Some(&colours))[0].mark.unwrap()
+            discs(&case, across, height, [1.0; 2], &place, Some(&colours))[0].mark.unwrap()
         };
         let near = |a: [f64; 3], b: [f64; 3]| {
             assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-12), "{a:?} {b:?}")
         };
-        near(mark((2, 0.5), Vector3::z(), 0.0), [0.0, -1.0, 0.0]);
-        near(mark((2, 0.5), Vector3::z(), FRAC_PI_2), [1.0, 0.0, 0.0]);
+        near(mark(2, 0.5, Vector3::z(), 0.0), [0.0, -1.0, 0.0]);
+        near(mark(2, 0.5, Vector3::z(), FRAC_PI_2), [1.0, 0.0, 0.0]);
         // Across y, where z is up; and in front of the middle, once the dark half faces away from
         // there.
-        near(mark((1, 0.5), Vector3::y(), 0.0), [0.0, -1.0, 0.0]);
-        near(mark((2, 0.55), Vector3::x(), FRAC_PI_2), [0.0, 0.0, -0.05]);
-        let unknown =
-            discs(&case, (2, 0.5), [1.0; 2], &|_| Some(Pose::at([0.5; 3])), Some(&colours));
+        near(mark(1, 0.5, Vector3::y(), 0.0), [0.0, -1.0, 0.0]);
+        near(mark(2, 0.55, Vector3::x(), FRAC_PI_2), [0.0, 0.0, -0.05]);
+        let unknown = discs(&case, 2, 0.5, [1.0; 2], &|_| Some(Pose::at([0.5; 3])), Some(&colours));
         assert!(unknown[0].mark.is_none());
     }
 
@@ -317,7 +323,7 @@ mod tests {
         let case =
             case(&[late, sphere(0.1, "motion = \"fixed\"").replace("[0.5", "[0.1")].concat());
         let drawn =
-            |place: &dyn Fn(usize) -> Option<Pose>| discs(&case, (2, 0.5), [1.0; 2], place, None);
+            |place: &dyn Fn(usize) -> Option<Pose>| discs(&case, 2, 0.5, [1.0; 2], place, None);
         let before = drawn(&|_| None);
         assert_eq!(before.iter().map(|disc| disc.centre).collect::<Vec<_>>(), [[0.1, 0.5]]);
         assert_eq!(drawn(&|id| (id == 0).then(|| Pose::at([0.7, 0.5, 0.5]))).len(), 2);
@@ -336,7 +342,7 @@ mod tests {
         let place = |id: usize| Some(Pose { speed: id as f64, ..Pose::at([0.5; 3]) });
         let shades = |by: Bodies| {
             let colours = Colours::of(by, &case, 2.0);
-            discs(&case, (2, 0.5), [1.0; 2], &place, Some(&colours))
+            discs(&case, 2, 0.5, [1.0; 2], &place, Some(&colours))
                 .iter()
                 .map(|disc| disc.shade)
                 .collect::<Vec<_>>()
@@ -346,7 +352,7 @@ mod tests {
         let scale = Colours::of(Bodies::Material, &case, 0.0).scale(&case);
         assert_eq!(scale.names, [(0.0, "steel".to_owned()), (1.0, "glass".to_owned())]);
         let labels =
-            discs(&case, (2, 0.5), [1.0; 2], &place, None).into_iter().map(|disc| disc.label);
+            discs(&case, 2, 0.5, [1.0; 2], &place, None).into_iter().map(|disc| disc.label);
         assert_eq!(labels.collect::<Vec<_>>(), [vec!["left", "0"], vec!["1"]]);
         let alike = super::tests::case(&sphere(0.1, ""));
         assert_eq!(Colours::of(Bodies::Material, &alike, 0.0).scale(&alike).range, [3.0, 3.0]);

@@ -199,7 +199,7 @@ pub fn plane(
         let array = snapshot
             .array(name)
             .ok_or_else(|| not_a_run(run, &format!("its fields have no {name}")))?;
-        Ok(section::component(array, snapshot.cells, (axis, cell), k))
+        Ok(section::component(array, snapshot.cells, axis, cell, k))
     };
     let cells = axes.map(|a| snapshot.cells[a]);
     let size = axes.map(|a| snapshot.cells[a] as f64 * snapshot.h[a]);
@@ -230,7 +230,7 @@ pub fn plane(
         values,
         quantity: look.quantity,
         corner: [0.0; 2],
-        discs: discs(case, (axis, height), size, place, look.colours.as_ref()),
+        discs: discs(case, axis, height, size, place, look.colours.as_ref()),
         scale: look.colours.map_or_else(|| grey_scale(case), |colours| Some(colours.scale(case))),
         labels: axes.map(|a| format!("{} (m)", names[a])),
         title: format!("t = {:.digits$} s", snapshot.time),

@@ -118,8 +118,8 @@ impl<'a> Drawn<'a> {
 fn lines<'a>(tracks: &'a [Track], drawn: fn(&'a Track) -> Drawn<'a>) -> Result<Vec<Vec<Series>>> {
     let mut plots: Vec<Vec<Series>> = Vec::new();
     for track in tracks.iter().filter(|track| !track.rows.is_empty()) {
-        let (Track { label, case, rows, .. }, Drawn { ids, column, course, start }) =
-            (track, drawn(track));
+        let Track { label, case, rows, .. } = track;
+        let Drawn { ids, column, course, start } = drawn(track);
         let called = |id: usize| if ids.len() > 1 { case.called(id) } else { String::new() };
         let line = |id: usize, axis: usize| {
             let column = format!("{column}{}", NAMES[axis]);
@@ -311,10 +311,14 @@ fn running_mean(force: &[f64], time: &[f64], way: &[f64]) -> Vec<f64> {
     let mut length = 0.0;
     let mean = |row: usize| {
         while high < way.len() && way[high] <= way[row] + 0.5 * MEAN {
-            (sum, length, high) = (sum + step(high) * force[high], length + step(high), high + 1);
+            sum += step(high) * force[high];
+            length += step(high);
+            high += 1;
         }
         while way[low] < way[row] - 0.5 * MEAN {
-            (sum, length, low) = (sum - step(low) * force[low], length - step(low), low + 1);
+            sum -= step(low) * force[low];
+            length -= step(low);
+            low += 1;
         }
         sum / length
     };

@@ -49,7 +49,8 @@ impl Surface {
         turn: &UnitQuaternion<f64>,
         axes: [usize; 2],
         off: f64,
-        (dimension, radius): (usize, f64),
+        dimension: usize,
+        radius: f64,
     ) -> Vec<Vec<Point>> {
         let flat = |v: Vector3<f64>| axes.map(|axis| v[axis]);
         let across = 3 - axes[0] - axes[1];
@@ -176,7 +177,9 @@ mod tests {
             for side in [-1.0, 1.0] {
                 let corner = |u: f64, v: f64| {
                     let mut at = Vector3::zeros();
-                    (at[axis], at[(axis + 1) % 3], at[(axis + 2) % 3]) = (side, u, v);
+                    at[axis] = side;
+                    at[(axis + 1) % 3] = u;
+                    at[(axis + 2) % 3] = v;
                     at
                 };
                 let [a, b, c, d] =
@@ -194,9 +197,9 @@ mod tests {
 
     #[test]
     fn section_of_turned_cube_is_square_hexagon_or_nothing() {
-        let size = (3, 3.0_f64.sqrt());
+        let radius = 3.0_f64.sqrt();
         let cube = Surface::Triangles(cube());
-        let of = |turn: UnitQuaternion<f64>, off: f64| cube.rings(&turn, [0, 1], off, size);
+        let of = |turn: UnitQuaternion<f64>, off: f64| cube.rings(&turn, [0, 1], off, 3, radius);
         let square = of(UnitQuaternion::identity(), 0.3);
         assert_eq!((square.len(), area(&square[0])), (1, 4.0));
         let up = UnitQuaternion::rotation_between(&Vector3::new(1.0, 1.0, 1.0), &Vector3::z());
@@ -207,7 +210,7 @@ mod tests {
         assert!(of(UnitQuaternion::identity(), 1.1).is_empty());
         let quarter =
             UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.25 * std::f64::consts::PI);
-        let across = cube.rings(&quarter, [0, 1], 0.0, size);
+        let across = cube.rings(&quarter, [0, 1], 0.0, 3, radius);
         assert!((area(&across[0]) - 4.0 * 2.0_f64.sqrt()).abs() < 1e-9, "{across:?}");
     }
 
@@ -228,17 +231,17 @@ mod tests {
     fn section_of_clump_is_outline_of_union() {
         let balls = [(Vector3::zeros(), 1.0), (Vector3::x() * 1.2, 1.0), (Vector3::x() * 0.1, 0.5)];
         let clump = Surface::Balls(balls.to_vec());
-        let rings = clump.rings(&UnitQuaternion::identity(), [0, 1], 0.0, (2, 2.0));
+        let rings = clump.rings(&UnitQuaternion::identity(), [0, 1], 0.0, 2, 2.0);
         // Two circles less their lens, by polygons of 48 corners.
         let lens = 2.0 * 0.6_f64.acos() - 1.2 * 0.8;
         let exact = TAU - lens;
         assert_eq!(rings.len(), 1);
         assert!((area(&rings[0]) / exact - 1.0).abs() < 4e-3, "{} {exact}", area(&rings[0]));
         // Higher up they part.
-        let above = clump.rings(&UnitQuaternion::identity(), [0, 1], 0.9, (3, 2.0));
+        let above = clump.rings(&UnitQuaternion::identity(), [0, 1], 0.9, 3, 2.0);
         assert_eq!(above.len(), 2);
         let turned = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.25 * TAU);
-        let end_on = clump.rings(&turned, [0, 1], 0.0, (3, 2.0));
+        let end_on = clump.rings(&turned, [0, 1], 0.0, 3, 2.0);
         assert_eq!(end_on.len(), 1);
     }
 }

@@ -106,12 +106,12 @@ fn labels(tracks: &[Track], names: [&str; 2], scaled: bool) -> [String; 2] {
 
 /// The outlines of the obstacles of a run at the start, in a plane through the middle of the box.
 fn obstacles(track: &Track, axes: [usize; 2], scaled: bool) -> Vec<Series> {
-    let (case, scale) = (track.case, diameter(track).filter(|_| scaled).unwrap_or(1.0));
+    let case = track.case;
+    let scale = diameter(track).filter(|_| scaled).unwrap_or(1.0);
     let size = axes.map(|axis| case.domain.size[axis]);
     let across = 3 - axes[0] - axes[1];
     let middle = 0.5 * case.domain.size.get(across).copied().unwrap_or(0.0);
-    let rings =
-        case.obstacle.iter().flat_map(|o| rings(case, o.wall(), None, (axes, middle), size));
+    let rings = case.obstacle.iter().flat_map(|o| rings(case, o.wall(), None, axes, middle, size));
     let line = |ring: Vec<[f64; 2]>| {
         let closed = ring.iter().chain(ring.first());
         let points = closed.map(|[x, y]| (x / scale, y / scale)).collect();

@@ -57,11 +57,12 @@ pub fn probes(run: &Path) -> Result<[Option<Chart>; 2]> {
         .fold(0.0, f64::max);
     let means = format!("means over all rows of probes.csv, to t = {} s", rounded(last));
     Ok([
-        draw(&points, "time (s)", ("velocity and pressure at probes", String::new()), &over_time),
+        draw(&points, "time (s)", "velocity and pressure at probes", String::new(), &over_time),
         draw(
             &lines,
             "distance from the first point (m)",
-            ("velocity and pressure along lines of probes", means),
+            "velocity and pressure along lines of probes",
+            means,
             &along,
         ),
     ])
@@ -69,12 +70,7 @@ pub fn probes(run: &Path) -> Result<[Option<Chart>; 2]> {
 
 /// A plot for each component of the velocity that matters and for the pressure, a line for each
 /// probe, of as many as there are colours.
-fn draw(
-    probes: &[&Probe],
-    x_label: &str,
-    (title, note): (&str, String),
-    of: Curve,
-) -> Option<Chart> {
+fn draw(probes: &[&Probe], x_label: &str, title: &str, note: String, of: Curve) -> Option<Chart> {
     let shown: Vec<&Probe> =
         super::evenly(probes.len(), probes.len().min(COLOURS.len())).map(|k| probes[k]).collect();
     let title = if shown.len() < probes.len() {
@@ -112,7 +108,8 @@ fn draw(
         ));
     }
     if let Some((first, _)) = panels.first_mut() {
-        (first.title, first.note) = (title, note);
+        first.title = title;
+        first.note = note;
     }
     Some(Chart { panels, beside: false }).filter(Chart::shows)
 }

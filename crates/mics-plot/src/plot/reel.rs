@@ -88,8 +88,8 @@ impl<'a> Reel<'a> {
     /// When its file is damaged, or lacks what is shown.
     pub fn plane(&self, k: usize) -> Result<Plane> {
         let path = self.frames.get(k).map(|(_, path)| path.clone()).unwrap_or_default();
-        let (snapshot, poses) =
-            (Snapshot::read(&path)?, bodies::of(&path, self.run.case.particle.len())?);
+        let snapshot = Snapshot::read(&path)?;
+        let poses = bodies::of(&path, self.run.case.particle.len())?;
         let place = |id: usize| poses.get(&id).copied();
         let plane = fields::plane(
             &self.run.case,

@@ -97,7 +97,8 @@ impl Rows {
         let free = free(case, asked);
         let follows = [&movers, &loaded, &free].map(|ids| representatives(case, ids)).concat();
         let course = |ids: &[usize]| (ids.len() > LINES).then(|| Course::new(case, ids));
-        (rows.forces, rows.velocities) = (course(&loaded), course(&free));
+        rows.forces = course(&loaded);
+        rows.velocities = course(&free);
         if !rows.take(case, "particles.csv", 0, times, &follows) {
             rows.begin(case);
         }
@@ -126,7 +127,7 @@ impl Rows {
         else {
             return false;
         };
-        let mut before: HashMap<usize, (f64, Pose)> = HashMap::new();
+        let mut before: HashMap<usize, Placed> = HashMap::new();
         let force = self.columns.get("fluid_fx").copied();
         let turn = Turn::of(case, &self.columns);
         let mut record = csv::StringRecord::new();
@@ -139,20 +140,20 @@ impl Rows {
             let particle = number(id) as usize;
             let orientation = turn.filter(|_| is_turned(case, particle)).map(|t| t.read(number));
             let pose = Pose { orientation, ..Pose::at([x, x + 1, x + 2].map(number)) };
-            let now = (number(t), pose);
+            let now = Placed { time: number(t), pose };
             let last = before.insert(particle, now).unwrap_or(now);
             for (places, time) in self.places.iter_mut().zip(times) {
-                if (last.0..now.0).contains(time) {
-                    places.insert(particle, between(case, last, now, *time));
+                if (last.time..now.time).contains(time) {
+                    places.insert(particle, last.towards(&now, *time, case));
                 }
             }
             let velocity = [v, v + 1, v + 2].map(number);
             let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
             if let Some(course) = &mut self.velocities {
-                course.take(particle, now.0, velocity);
+                course.take(particle, now.time, velocity);
             }
             if let (Some(course), Some(f)) = (&mut self.forces, force) {
-                course.take(particle, now.0, [f, f + 1, f + 2].map(number));
+                course.take(particle, now.time, [f, f + 1, f + 2].map(number));
             }
             let fastest = self.fastest.entry(particle).or_insert(0.0);
             *fastest = fastest.max(speed);
@@ -164,15 +165,15 @@ impl Rows {
         !before.is_empty()
     }
 
-    /// After their last rows (time and centre) particles are where they were in these, at each of
+    /// After their last rows particles are where they were in these, at each of
     /// the times asked for.
-    fn end(&mut self, times: &[f64], newest: &HashMap<usize, (f64, Pose)>) {
-        let end = newest.values().map(|last| last.0).fold(0.0, f64::max);
+    fn end(&mut self, times: &[f64], newest: &HashMap<usize, Placed>) {
+        let end = newest.values().map(|last| last.time).fold(0.0, f64::max);
         for (places, time) in self.places.iter_mut().zip(times) {
             // What has no row at the end has left the box.
             let there = |last: f64| last <= *time * (1.0 + 1e-12) && (last == end || *time <= last);
-            let ended = newest.iter().filter(|(_, last)| there(last.0));
-            places.extend(ended.map(|(particle, last)| (*particle, last.1)));
+            let ended = newest.iter().filter(|(_, last)| there(last.time));
+            places.extend(ended.map(|(particle, last)| (*particle, last.pose)));
         }
     }
 
@@ -256,31 +257,34 @@ fn is_turned(case: &Case, particle: usize) -> bool {
     case.particle.get(particle).is_none_or(|p| !p.shape.is_round())
 }
 
-/// Where a particle is at a time between two rows; one that crosses a periodic face meanwhile is
-/// where it was.
-fn between(case: &Case, (t0, from): (f64, Pose), (t1, to): (f64, Pose), time: f64) -> Pose {
-    let orientation = from.orientation.zip(to.orientation).map(|(a, b)| {
-        // The shorter way; far apart they have no way between them that is right.
-        let b = if a.coords.dot(&b.coords) < 0.0 { -b.into_inner() } else { b.into_inner() };
-        let part = (time - t0) / (t1 - t0);
-        UnitQuaternion::new_normalize(a.into_inner() * (1.0 - part) + b * part)
-    });
-    let centre = centre_between(case, (t0, from.centre), (t1, to.centre), time);
-    Pose { centre, orientation, ..from }
+/// Where a particle is at a time of a row.
+#[derive(Clone, Copy)]
+struct Placed {
+    /// The time (s).
+    time: f64,
+    /// Where it is, and how it is turned.
+    pose: Pose,
 }
 
-/// The same of its centre (m).
-fn centre_between(
-    case: &Case,
-    (t0, from): (f64, [f64; 3]),
-    (t1, to): (f64, [f64; 3]),
-    time: f64,
-) -> [f64; 3] {
-    let jumps = |axis: usize| {
-        case.domain.size.get(axis).is_some_and(|size| (to[axis] - from[axis]).abs() > 0.5 * size)
-    };
-    let part = (time - t0) / (t1 - t0);
-    std::array::from_fn(|a| if jumps(a) { from[a] } else { from[a] + part * (to[a] - from[a]) })
+impl Placed {
+    /// Where it is at a time before the row `to`; one that crosses a periodic face meanwhile is
+    /// where it was.
+    fn towards(&self, to: &Placed, time: f64, case: &Case) -> Pose {
+        let part = (time - self.time) / (to.time - self.time);
+        let from = self.pose;
+        let orientation = from.orientation.zip(to.pose.orientation).map(|(a, b)| {
+            // The shorter way; far apart they have no way between them that is right.
+            let b = if a.coords.dot(&b.coords) < 0.0 { -b.into_inner() } else { b.into_inner() };
+            UnitQuaternion::new_normalize(a.into_inner() * (1.0 - part) + b * part)
+        });
+        let centre = std::array::from_fn(|axis| {
+            let x = from.centre[axis];
+            let way = to.pose.centre[axis] - x;
+            let jumps = case.domain.size.get(axis).is_some_and(|size| way.abs() > 0.5 * size);
+            if jumps { x } else { x + part * way }
+        });
+        Pose { centre, orientation, ..from }
+    }
 }
 
 #[cfg(test)]

@@ -73,12 +73,7 @@ pub fn layer(section: Section, snapshot: &Snapshot) -> (usize, usize, f64) {
 }
 
 /// A component of an array in a layer of cells across `axis`, the plane's first axis fastest.
-pub fn component(
-    array: &Array,
-    cells: [usize; 3],
-    (axis, cell): (usize, usize),
-    k: usize,
-) -> Vec<f64> {
+pub fn component(array: &Array, cells: [usize; 3], axis: usize, cell: usize, k: usize) -> Vec<f64> {
     let [nx, ny, _] = cells;
     let strides = [1, nx, nx * ny];
     let [a, b] = axes(axis);
@@ -140,11 +135,11 @@ mod tests {
         let cells = [2, 3, 4];
         let values = (0..24).flat_map(|c| [f64::from(c), -f64::from(c)]).collect();
         let array = Array { name: "a".into(), components: 2, values };
-        assert_eq!(component(&array, cells, (2, 1), 0), [6.0, 7.0, 8.0, 9.0, 10.0, 11.0]);
+        assert_eq!(component(&array, cells, 2, 1, 0), [6.0, 7.0, 8.0, 9.0, 10.0, 11.0]);
         assert_eq!(
-            component(&array, cells, (1, 2), 1),
+            component(&array, cells, 1, 2, 1),
             [-4.0, -5.0, -10.0, -11.0, -16.0, -17.0, -22.0, -23.0]
         );
-        assert_eq!(component(&array, cells, (0, 1), 0)[..4], [1.0, 3.0, 5.0, 7.0]);
+        assert_eq!(component(&array, cells, 0, 1, 0)[..4], [1.0, 3.0, 5.0, 7.0]);
     }
 }

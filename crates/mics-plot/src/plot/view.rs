@@ -67,7 +67,8 @@ impl View {
     /// Refuses a plane that a run does not have.
     pub(super) fn fits(&self, run: &Run) -> Result<()> {
         let Some(plane) = self.plane else { return Ok(()) };
-        let (folder, (axis, at)) = (run.folder.display(), plane.place());
+        let folder = run.folder.display();
+        let (axis, at) = plane.place();
         let why = match run.case.domain.size.get(axis).filter(|_| run.case.dimension() == 3) {
             None => format!("{folder} is in 2D, and figures show all of it"),
             Some(size) if !(0.0..=*size).contains(&at) => {

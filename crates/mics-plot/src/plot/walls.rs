@@ -21,7 +21,8 @@ pub fn rings(
     case: &Case,
     wall: &Wall,
     pose: Option<Pose>,
-    (axes, height): ([usize; 2], f64),
+    axes: [usize; 2],
+    height: f64,
     size: Point,
 ) -> Vec<Vec<Point>> {
     let geometry = wall.geometry();
@@ -53,7 +54,9 @@ pub fn rings(
     if open.is_empty() {
         // All around the picture there is the same: a little inside the middle of its low side.
         let mut place = [0.0; 3];
-        (place[axes[0]], place[axes[1]], place[across]) = (0.5 * size[0], near, height);
+        place[axes[0]] = 0.5 * size[0];
+        place[axes[1]] = near;
+        place[across] = height;
         if wall.nearest(&place[..case.dimension()]).distance < 0.0 {
             rings.insert(0, vec![[0.0, 0.0], [size[0], 0.0], size, [0.0, size[1]]]);
         }
@@ -182,7 +185,7 @@ mod tests {
 
     fn solid(case: &Case, axes: [usize; 2], height: f64) -> (usize, f64) {
         let size = axes.map(|a| case.domain.size[a]);
-        let all = rings(case, case.obstacle[0].wall(), None, (axes, height), size);
+        let all = rings(case, case.obstacle[0].wall(), None, axes, height, size);
         (all.len(), all.iter().map(|ring| area(ring)).sum())
     }
 

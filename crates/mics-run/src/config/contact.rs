@@ -2,7 +2,7 @@
 //! by it.
 
 use super::{Case, Obstacle, Particle};
-use crate::config::fault::{Check, Fault, not_negative, positive};
+use crate::config::fault::{Check, Fault, Within, not_negative, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -205,7 +205,7 @@ fn two_sevenths() -> f64 {
 
 /// Checks the materials of the laws between pairs, once all bodies of the case are listed.
 pub(in crate::config) fn pairs(case: &Case) -> Check {
-    case.contact.as_ref().map_or(Ok(()), |contact| contact.check_pairs(case))
+    case.contact.as_ref().map_or(Ok(()), |contact| contact.check_pairs(case).within("contact"))
 }
 
 impl Contact {
@@ -252,9 +252,9 @@ impl Contact {
             restitution: self.restitution,
             damping: self.damping,
         };
-        law.check_numbers("contact")?;
-        not_negative("contact.roughness", self.roughness.unwrap_or(0.0), "m")?;
-        let key = "contact.substeps";
+        law.check_numbers()?;
+        not_negative("roughness", self.roughness.unwrap_or(0.0), "m")?;
+        let key = "substeps";
         if let Substeps::Count(count) = self.substeps {
             let most = MOST_SUBSTEPS as u64;
             ensure!(
@@ -264,8 +264,9 @@ impl Contact {
             );
         }
         for (index, pair) in self.pair.iter().enumerate() {
-            pair.materials(index)?;
-            pair.check_numbers(&format!("contact.pair.{index}"))?;
+            let key = format!("pair.{index}");
+            pair.materials().within(&key)?;
+            pair.check_numbers().within(&key)?;
         }
         Ok(())
     }
@@ -282,8 +283,8 @@ impl Contact {
         known.sort_unstable();
         known.dedup();
         for (index, pair) in self.pair.iter().enumerate() {
-            let key = format!("contact.pair.{index}.between");
-            let [a, b] = pair.materials(index)?;
+            let key = format!("pair.{index}.between");
+            let [a, b] = pair.materials().within(format_args!("pair.{index}"))?;
             for (end, name) in pair.between.iter().enumerate() {
                 let names =
                     known.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
@@ -319,39 +320,36 @@ impl Pair {
         }
     }
 
-    /// The names of the two materials that the entry `index` is of.
-    pub(in crate::config) fn materials(&self, index: usize) -> Result<[&str; 2], Fault> {
+    /// The names of the two materials that it is of.
+    pub(in crate::config) fn materials(&self) -> Result<[&str; 2], Fault> {
         let names: Vec<&str> = self.between.iter().map(String::as_str).collect();
         let count = names.len();
         let message =
             format!("needs the names of 2 materials, as in [\"steel\", \"{WALL}\"], not {count}");
-        names
-            .try_into()
-            .map_err(|_| Fault { key: format!("contact.pair.{index}.between"), message })
+        names.try_into().map_err(|_| Fault { key: "between".to_owned(), message })
     }
 
     fn is_of(&self, a: &str, b: &str) -> bool {
         matches!(&self.between[..], [c, d] if (c == a && d == b) || (c == b && d == a))
     }
 
-    fn check_numbers(&self, table: &str) -> Check {
-        let key = |rest: &str| format!("{table}.{rest}");
-        positive(&key("normal_stiffness"), self.normal_stiffness, "N/m^exponent")?;
+    fn check_numbers(&self) -> Check {
+        positive("normal_stiffness", self.normal_stiffness, "N/m^exponent")?;
         if let Some(exponent) = self.exponent {
             ensure!(
                 (1.0..=3.0).contains(&exponent),
-                key("exponent"),
+                "exponent",
                 "must be from 1 to 3, not {exponent:?}"
             );
         }
         not_negative(
-            &key("tangential_ratio"),
+            "tangential_ratio",
             self.tangential_ratio,
             "tangential over normal stiffness",
         )?;
-        not_negative(&key("friction"), self.friction, "a coefficient, such as 0.4")?;
+        not_negative("friction", self.friction, "a coefficient, such as 0.4")?;
         not_negative(
-            &key("rolling_friction"),
+            "rolling_friction",
             self.rolling_friction,
             "a lever over a radius, such as 0.1",
         )?;
@@ -359,28 +357,24 @@ impl Pair {
         let holds = lever <= 1.0;
         ensure!(
             holds,
-            key("rolling_friction"),
+            "rolling_friction",
             "no lever is longer than the radius: it must be at most 1, not {lever:?}"
         );
         let one = self.restitution.is_none() || self.damping.is_none();
-        ensure!(
-            one,
-            key("damping"),
-            "restitution and damping exclude each other: remove one of them"
-        );
+        ensure!(one, "damping", "restitution and damping exclude each other: remove one of them");
         if let Some(restitution) = self.restitution {
             let holds = (LEAST_RESTITUTION..=1.0).contains(&restitution);
             let why =
                 "of less nothing would be seen, and friction could not follow so stiff a dashpot";
             ensure!(
                 holds,
-                key("restitution"),
+                "restitution",
                 "must be at least {LEAST_RESTITUTION} and at most 1, not {restitution:?}: {why}"
             );
         }
         if let Some(Damping { normal, tangential }) = self.damping {
-            not_negative(&key("damping.normal"), normal, "N s/m")?;
-            not_negative(&key("damping.tangential"), tangential, "N s/m")?;
+            not_negative("damping.normal", normal, "N s/m")?;
+            not_negative("damping.tangential", tangential, "N s/m")?;
         }
         Ok(())
     }

@@ -14,12 +14,8 @@ use super::{Case, Drive, Measure, MeasureKind, Motion};
 use crate::config::fault::Fault;
 use nalgebra::Vector3;
 
-/// The direction, of length 1, of measure `index`; `None` of what is of no force.
-pub(super) fn of(
-    case: &Case,
-    index: usize,
-    measure: &Measure,
-) -> Result<Option<Vector3<f64>>, Fault> {
+/// The direction, of length 1, of a measure; `None` of what is of no force.
+pub(super) fn of(case: &Case, measure: &Measure) -> Result<Option<Vector3<f64>>, Fault> {
     if !measure.kind.is_of_force() || measure.kind.fits_morison() {
         return Ok(None);
     }
@@ -42,7 +38,7 @@ pub(super) fn of(
         let message = format!(
             "nothing says which way the stream goes: give `direction`, as in direction = {example}"
         );
-        return Err(Fault { key: format!("measure.{index}.kind"), message });
+        return Err(Fault { key: "kind".to_owned(), message });
     };
     Ok(Some(if measure.kind.is_across() { across(&stream, case.dimension()) } else { stream }))
 }
@@ -99,7 +95,7 @@ fn gravity_along(case: &Case, periodic: bool) -> Vector3<f64> {
 
 /// The axis of a measure of the whole box: as given; of a bed gravity's, among the axes that have
 /// sides; of the rest that of the drive or the stream.
-pub(super) fn axis(case: &Case, index: usize, measure: &Measure) -> Result<usize, Fault> {
+pub(super) fn axis(case: &Case, measure: &Measure) -> Result<usize, Fault> {
     if let Some(axis) = measure.axis {
         return Ok(axis.index());
     }
@@ -113,7 +109,7 @@ pub(super) fn axis(case: &Case, index: usize, measure: &Measure) -> Result<usize
         driven(case).or_else(|| case.reference_velocity().map(|v| vector(&v))).unwrap_or_default()
     };
     let why = "nothing says along which axis: give `axis`, as in axis = \"x\"";
-    let fault = || Fault { key: format!("measure.{index}.kind"), message: why.into() };
+    let fault = || Fault { key: "kind".to_owned(), message: why.into() };
     if along == Vector3::zeros() { Err(fault()) } else { Ok(along.iamax()) }
 }
 

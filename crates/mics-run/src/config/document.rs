@@ -213,7 +213,8 @@ impl<'a> Document<'a> {
                 },
                 _ => break,
             };
-            (at, node) = (Some(start), next);
+            at = Some(start);
+            node = next;
         }
         match at {
             Some(start) if start > self.text.len() => (None, Given::Set),

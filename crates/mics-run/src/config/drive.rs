@@ -62,16 +62,16 @@ impl Drive {
     /// Checks it as a part of its case.
     pub(in crate::config) fn check(&self, case: &Case) -> Check {
         match self {
-            Drive::Force(force) => vector("drive.force", force, case.dimension(), "N/m3"),
+            Drive::Force(force) => vector("force", force, case.dimension(), "N/m3"),
             Drive::MeanVelocity(held) => held.check(case),
             Drive::Gravity(drives) => {
-                ensure!(*drives, "drive.gravity", "is true, or the table [drive] is left out");
+                ensure!(*drives, "gravity", "is true, or the table [drive] is left out");
                 let gravity = &case.fluid.gravity;
                 let along = |axis: usize| gravity.get(axis).is_some_and(|g| *g != 0.0);
                 let slopes = (0..case.dimension()).any(|axis| case.periodic(axis) && along(axis));
                 ensure!(
                     slopes,
-                    "drive.gravity",
+                    "gravity",
                     "no periodic axis has any gravity: give fluid.gravity a part along a periodic \
                     axis, as in [9.81e-3, -9.81]"
                 );
@@ -83,9 +83,9 @@ impl Drive {
 
 impl MeanVelocity {
     fn check(self, case: &Case) -> Check {
-        let key = "drive.mean_velocity.axis";
+        let key = "mean_velocity.axis";
         self.axis.check(key, case.dimension())?;
-        finite("drive.mean_velocity.value", &[self.value], "m/s")?;
+        finite("mean_velocity.value", &[self.value], "m/s")?;
         let axis = self.axis.index();
         let x = AXES[axis];
         let cure = "make both of its faces \"periodic\", or drive the flow by an inflow";

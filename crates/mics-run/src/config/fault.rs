@@ -1,5 +1,7 @@
 //! Refusals, and the checks of numbers that all rules share.
 
+use std::fmt::Display;
+
 /// A refusal: the dotted path of the key, and what would be right.
 pub struct Fault {
     /// Its dotted path.
@@ -10,6 +12,22 @@ pub struct Fault {
 
 /// The outcome of a check.
 pub type Check = Result<(), Fault>;
+
+/// Refusals of a table's own keys, which the path of the table comes ahead of; the key "" is the
+/// table itself.
+pub(super) trait Within {
+    /// The refusal, its key within this table.
+    fn within(self, table: impl Display) -> Self;
+}
+
+impl<T> Within for Result<T, Fault> {
+    fn within(self, table: impl Display) -> Self {
+        self.map_err(|Fault { key, message }| {
+            let key = if key.is_empty() { table.to_string() } else { format!("{table}.{key}") };
+            Fault { key, message }
+        })
+    }
+}
 
 /// The names of the axes.
 pub const AXES: [&str; 3] = ["x", "y", "z"];

@@ -1,7 +1,7 @@
 //! The keys that a case leaves out, where their defaults depend on others.
 
 use super::{Case, Motion, Side, WallRule, direction};
-use crate::config::fault::Check;
+use crate::config::fault::{Check, Within};
 
 impl Case {
     /// Fills in the keys that are not given, of a checked case whose swarms are among its
@@ -33,8 +33,9 @@ impl Case {
     fn fill_measures(&mut self) -> Check {
         let mut measures = self.measure.clone();
         for (index, measure) in measures.iter_mut().enumerate() {
-            let direction = direction::of(self, index, measure)?;
-            let axis = direction::axis(self, index, measure)?;
+            let key = format!("measure.{index}");
+            let direction = direction::of(self, measure).within(&key)?;
+            let axis = direction::axis(self, measure).within(&key)?;
             measure.fill(self, direction, axis);
         }
         self.measure = measures;

@@ -156,7 +156,7 @@ pub enum Checkpoints {
 
 impl Checkpoints {
     fn check(self) -> Check {
-        let key = "output.checkpoint";
+        let key = "checkpoint";
         match self {
             Checkpoints::Steps(steps) => at_least_one_step(&format!("{key}.every_steps"), steps),
             Checkpoints::WallMinutes(minutes) => {
@@ -182,14 +182,14 @@ impl Output {
     /// Checks it as a part of its case.
     pub(in crate::config) fn check(&self, case: &Case) -> Check {
         if let Some(particles) = self.particles {
-            particles.check("output.particles")?;
+            particles.check("particles")?;
         }
         if let Some(fields) = self.fields {
-            fields.check("output.fields")?;
+            fields.check("fields")?;
         }
         self.checkpoint.check()?;
         for (index, plane) in self.planes.iter().enumerate() {
-            let key = format!("output.planes.{index}");
+            let key = format!("planes.{index}");
             let (axis, at) = plane.place();
             let space = case.dimension() == 3;
             ensure!(space, key, "is for 3D only: in 2D figures show all of the flow");

@@ -75,7 +75,9 @@ fn drop_references(case: &mut Case, overrides: &[String]) {
         if !keys().any(|key| {
             key == format!("measure.{index}") || key == format!("measure.{index}.reference")
         }) {
-            (measure.reference, measure.tolerance, measure.source) = (None, None, None);
+            measure.reference = None;
+            measure.tolerance = None;
+            measure.source = None;
         }
     }
 }

@@ -55,10 +55,8 @@ impl Case {
     fn steady_speed(&self, force: f64) -> f64 {
         let is_wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
         let between = |axis: usize| {
-            let (size, walls) = (
-                self.domain.size[axis],
-                self.boundary.ends(axis).filter(|side| is_wall(side)).count(),
-            );
+            let size = self.domain.size[axis];
+            let walls = self.boundary.ends(axis).filter(|side| is_wall(side)).count();
             match walls {
                 0 => f64::INFINITY,
                 1 => size,

@@ -31,17 +31,12 @@ impl Default for Statistics {
 impl Statistics {
     /// Checks it as a part of its case.
     pub(in crate::config) fn check(&self, case: &Case) -> Check {
-        not_negative("statistics.from", self.from, "s")?;
-        positive("statistics.until", self.until, "s")?;
+        not_negative("from", self.from, "s")?;
+        positive("until", self.until, "s")?;
         let until = self.until.unwrap_or(case.time.end);
-        ensure!(
-            self.from < until,
-            "statistics.from",
-            "must be before {until:?} s, not {:?}",
-            self.from
-        );
-        ensure!(self.every > 0, "statistics.every", "must be 1 step or more, not 0");
-        self.profile.map_or(Ok(()), |axis| axis.check("statistics.profile", case.dimension()))
+        ensure!(self.from < until, "from", "must be before {until:?} s, not {:?}", self.from);
+        ensure!(self.every > 0, "every", "must be 1 step or more, not 0");
+        self.profile.map_or(Ok(()), |axis| axis.check("profile", case.dimension()))
     }
 }
 
@@ -70,39 +65,38 @@ pub struct Probe {
 impl Probe {
     /// Checks the entry `index` of a case.
     pub(in crate::config) fn check(&self, case: &Case, index: usize) -> Check {
-        let key = |rest: &str| format!("probe.{index}.{rest}");
         let plain = !self.name.is_empty() && !self.name.contains([',', '"', '\n']);
-        ensure!(plain, key("name"), "must be some text without commas and quotes");
+        ensure!(plain, "name", "must be some text without commas and quotes");
         let own = case.probe[..index].iter().all(|other| other.name != self.name);
         ensure!(
             own,
-            key("name"),
+            "name",
             "\"{}\" names another probe already: give each its own name",
             self.name
         );
         for (name, place) in [("at", Some(&self.at)), ("to", self.to.as_ref())] {
             let Some(place) = place else { continue };
-            vector(&key(name), place, case.dimension(), "m")?;
+            vector(name, place, case.dimension(), "m")?;
             for (axis, size) in case.domain.size.iter().enumerate() {
                 let at = place[axis];
                 let x = AXES[axis];
                 let holds = (0.0..=*size).contains(&at);
                 ensure!(
                     holds,
-                    key(&format!("{name}.{axis}")),
+                    format!("{name}.{axis}"),
                     "{x} = {at:?} m is outside: 0 <= {x} <= {size:?} m"
                 );
             }
         }
         let line = self.to.is_some() || self.points.is_none();
-        ensure!(line, key("points"), "is of a line: give its other end, `to`, or remove it");
+        ensure!(line, "points", "is of a line: give its other end, `to`, or remove it");
         ensure!(
             self.points.is_none_or(|n| (2..=100_000).contains(&n)),
-            key("points"),
+            "points",
             "must be from 2 to 100,000"
         );
-        ensure!(self.every != Some(0), key("every"), "must be 1 step or more, not 0");
-        not_negative(&key("from"), self.from, "s")
+        ensure!(self.every != Some(0), "every", "must be 1 step or more, not 0");
+        not_negative("from", self.from, "s")
     }
 
     /// Its points (m).

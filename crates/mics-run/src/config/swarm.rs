@@ -12,7 +12,7 @@ use super::begin::ReadBodies;
 use super::particle::{Enter, Nature};
 use super::shape::sensible;
 use super::{Case, Listed, Lock, Motion, Particle, Spin, Typed};
-use crate::config::fault::{Check, not_negative, positive};
+use crate::config::fault::{Check, Within, not_negative, positive};
 pub use kinds::Kind;
 use kinds::Made;
 pub use region::Region;
@@ -160,14 +160,12 @@ struct Scatter<'a> {
 impl Swarm {
     /// Checks the entry `index` by itself, its file unread.
     pub(super) fn check(&self, case: &Case, index: usize) -> Check {
-        let table = format!("swarm.{index}");
         match &self.from {
-            None => self.check_scatter(case, &table)?,
+            None => self.check_scatter(case, index)?,
             Some(file) => {
-                let key = format!("{table}.from");
                 ensure!(
                     !file.is_empty(),
-                    key,
+                    "from",
                     "is empty: name a CSV file, as in from = \"particles.csv\""
                 );
                 let given = [
@@ -179,10 +177,9 @@ impl Swarm {
                     ("feed", self.feed.is_some()),
                 ];
                 for (name, given) in given {
-                    let key = format!("{table}.{name}");
                     ensure!(
                         !given,
-                        key,
+                        name,
                         "{name} and from exclude each other, as the file says where: remove one of \
                         them"
                     );
@@ -204,7 +201,7 @@ impl Swarm {
             locked,
             material,
         };
-        nature.check(&table, case)
+        nature.check(case)
     }
 
     /// Diameter (m) of the disc or sphere that would hold any of its bodies.
@@ -215,8 +212,9 @@ impl Swarm {
     }
 
     fn scatter(&self) -> Option<Scatter<'_>> {
-        let (count, region, diameter) =
-            (self.count?, self.region.as_ref()?, self.diameter.as_ref());
+        let count = self.count?;
+        let region = self.region.as_ref()?;
+        let diameter = self.diameter.as_ref();
         let sized = diameter.is_some() || self.shape.is_some() || self.shapes.is_some();
         sized.then_some(Scatter {
             count,
@@ -228,8 +226,7 @@ impl Swarm {
         })
     }
 
-    fn check_scatter(&self, case: &Case, table: &str) -> Check {
-        let key = |rest: &str| format!("{table}.{rest}");
+    fn check_scatter(&self, case: &Case, index: usize) -> Check {
         let Some(Scatter { count, region, diameter, gap, .. }) = self.scatter() else {
             let given = [self.count.is_some(), self.region.is_some(), self.diameter.is_some()];
             let missing =
@@ -237,36 +234,36 @@ impl Swarm {
             let missing = missing.map_or("count", |(name, _)| name);
             let cure = "a swarm needs count, region and diameter (or a shape), or \
                 from = \"particles.csv\"";
-            ensure!(false, key(missing), "missing key `{missing}` in [{table}]: {cure}");
+            ensure!(false, missing, "missing key `{missing}` in [swarm.{index}]: {cure}");
             return Ok(());
         };
-        ensure!((1..=MOST).contains(&count), key("count"), "must be from 1 to {MOST}, not {count}");
+        ensure!((1..=MOST).contains(&count), "count", "must be from 1 to {MOST}, not {count}");
         let bounds = diameter.map(Diameters::bounds);
         if let Some([least, largest]) = bounds {
-            positive(&key("diameter"), least, "m")?;
-            positive(&key("diameter"), largest, "m")?;
+            positive("diameter", least, "m")?;
+            positive("diameter", largest, "m")?;
             let holds = least <= largest;
             ensure!(
                 holds,
-                key("diameter"),
+                "diameter",
                 "the least, {least:?} m, comes first, then the largest, {largest:?} m"
             );
         }
-        not_negative(&key("gap"), gap, "m")?;
+        not_negative("gap", gap, "m")?;
         for kind in self.solids.iter().filter(|kind| !kind.shape.is_round()) {
             for of in bounds.map_or(vec![None], |bounds| bounds.map(Some).to_vec()) {
-                sensible(case, kind.bounding(of), &key("shape"))?;
+                sensible(case, kind.bounding(of), "shape")?;
             }
         }
-        region.check(case, table, self.widest(), gap)?;
+        region.check(case, self.widest(), gap).within("region")?;
         if let Some(Feed { rate, from }) = self.feed {
             ensure!(
                 self.motion.as_ref().is_none_or(|m| *m == Motion::Free),
-                key("feed"),
+                "feed",
                 "is for free particles"
             );
-            positive(&key("feed.rate"), rate, "1/s")?;
-            not_negative(&key("feed.from"), from, "s")?;
+            positive("feed.rate", rate, "1/s")?;
+            not_negative("feed.from", from, "s")?;
         }
         Ok(())
     }

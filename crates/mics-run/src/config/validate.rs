@@ -6,7 +6,7 @@ mod measures;
 
 use super::particle::{Overlap, overlap, particle};
 use super::*;
-use crate::config::fault::{AXES, Check, not_negative, positive, vector};
+use crate::config::fault::{AXES, Check, Within, not_negative, positive, vector};
 pub(in crate::config) use measures::{measures, name_particles};
 
 /// Checks what the types leave open; the first refusal is returned. [`measures()`] comes later:
@@ -20,16 +20,12 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         "\"{}\" cannot name a folder: use letters, digits, `-`, `_` and `.`",
         case.name
     );
-    domain(&case.domain)?;
+    domain(&case.domain).within("domain")?;
     let dimension = case.dimension();
-    positive("fluid.density", case.fluid.density, "kg/m3")?;
-    not_negative("fluid.viscosity", case.fluid.viscosity, "Pa s")?;
-    if !case.fluid.gravity.is_empty() {
-        vector("fluid.gravity", &case.fluid.gravity, dimension, "m/s2")?;
-    }
+    fluid(&case.fluid, dimension).within("fluid")?;
     boundary::boundary(case)?;
     for (index, body) in case.particle.iter().enumerate() {
-        particle(case, body, index)?;
+        particle(case, body, index).within(format_args!("particle.{index}"))?;
     }
     if let Some(Overlap { first, second, words }) = overlap(case) {
         ensure!(
@@ -39,50 +35,58 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
         );
     }
     for (index, swarm) in case.swarm.iter().enumerate() {
-        swarm.check(case, index)?;
+        swarm.check(case, index).within(format_args!("swarm.{index}"))?;
     }
     if let Some(contact) = &case.contact {
-        contact.check()?;
+        contact.check().within("contact")?;
     }
     if let Some(drive) = &case.drive {
-        drive.check(case)?;
+        drive.check(case).within("drive")?;
     }
     if let Some(statistics) = &case.statistics {
-        statistics.check(case)?;
+        statistics.check(case).within("statistics")?;
     }
-    case.probe.iter().enumerate().try_for_each(|(index, probe)| probe.check(case, index))?;
-    initial(case)?;
+    for (index, probe) in case.probe.iter().enumerate() {
+        probe.check(case, index).within(format_args!("probe.{index}"))?;
+    }
+    initial(case).within("initial")?;
     if case.coupling.wall == WallRule::Sharp {
         long_cells(case)?;
     }
-    time(case)?;
-    case.output.check(case)?;
-    pressure(&case.pressure)
+    time(case).within("time")?;
+    case.output.check(case).within("output")?;
+    pressure(&case.pressure).within("pressure")
+}
+
+/// Checks the fluid.
+fn fluid(fluid: &Fluid, dimension: usize) -> Check {
+    positive("density", fluid.density, "kg/m3")?;
+    not_negative("viscosity", fluid.viscosity, "Pa s")?;
+    if fluid.gravity.is_empty() {
+        return Ok(());
+    }
+    vector("gravity", &fluid.gravity, dimension, "m/s2")
 }
 
 /// Checks what is there at time 0.
 fn initial(case: &Case) -> Check {
     if !case.initial.velocity.is_empty() {
-        vector("initial.velocity", &case.initial.velocity, case.dimension(), "m/s")?;
+        vector("velocity", &case.initial.velocity, case.dimension(), "m/s")?;
     }
-    not_negative("initial.perturbation", case.initial.perturbation, "m/s")?;
-    positive("initial.taylor_green", case.initial.taylor_green, "m/s")?;
+    not_negative("perturbation", case.initial.perturbation, "m/s")?;
+    positive("taylor_green", case.initial.taylor_green, "m/s")?;
     let periodic = case.sides().all(|(_, side)| *side == Side::Periodic);
     let holds = case.initial.taylor_green.is_none() || periodic;
-    ensure!(
-        holds,
-        "initial.taylor_green",
-        "a vortex of Taylor and Green is periodic: all sides must be"
-    );
+    ensure!(holds, "taylor_green", "a vortex of Taylor and Green is periodic: all sides must be");
     if let Some(axis) = case.initial.couette {
-        axis.check("initial.couette", case.dimension())?;
+        axis.check("couette", case.dimension())?;
         let mut pair = case.boundary.ends(axis.index());
         let walls = pair.all(|s| matches!(s, Side::Wall | Side::MovingWall(_)));
         let mut pair = case.boundary.ends(axis.index());
         let moves = pair.any(|s| matches!(s, Side::MovingWall(_)));
         let x = AXES[axis.index()];
         let cure = "make one of its two sides { moving_wall = [...] }, and both walls";
-        ensure!(walls && moves, "initial.couette", "no walls shear the fluid along {x}: {cure}");
+        ensure!(walls && moves, "couette", "no walls shear the fluid along {x}: {cure}");
     }
     Ok(())
 }
@@ -90,12 +94,12 @@ fn initial(case: &Case) -> Check {
 /// Checks how far the pressure is solved for.
 fn pressure(chosen: &Pressure) -> Check {
     let &Pressure { divergence_limit, tightening, max_iterations, .. } = chosen;
-    positive("pressure.divergence_limit", divergence_limit, "1/s")?;
+    positive("divergence_limit", divergence_limit, "1/s")?;
     let holds = tightening > 0.0 && tightening <= 1.0;
-    ensure!(holds, "pressure.tightening", "must be above 0 and at most 1, not {tightening:?}");
-    ensure!(max_iterations >= 1, "pressure.max_iterations", "must be at least 1");
+    ensure!(holds, "tightening", "must be above 0 and at most 1, not {tightening:?}");
+    ensure!(max_iterations >= 1, "max_iterations", "must be at least 1");
     if let History::Every(often) = chosen.history {
-        often.check("pressure.history")?;
+        often.check("history")?;
     }
     Ok(())
 }
@@ -127,19 +131,15 @@ fn domain(domain: &Domain) -> Check {
     let sizes = domain.size.len();
     let counts = domain.cells.len();
     let holds = sizes == 2 || sizes == 3;
-    ensure!(
-        holds,
-        "domain.size",
-        "needs 2 numbers (m) for a 2D case or 3 for a 3D one, not {sizes}"
-    );
+    ensure!(holds, "size", "needs 2 numbers (m) for a 2D case or 3 for a 3D one, not {sizes}");
     ensure!(
         counts == sizes,
-        "domain.cells",
+        "cells",
         "needs {sizes} numbers, one for each in domain.size, not {counts}"
     );
     for (axis, (&size, &cells)) in domain.size.iter().zip(&domain.cells).enumerate() {
-        positive(&format!("domain.size.{axis}"), size, "m")?;
-        let key = format!("domain.cells.{axis}");
+        positive(&format!("size.{axis}"), size, "m")?;
+        let key = format!("cells.{axis}");
         ensure!(
             cells >= 6,
             key,
@@ -150,7 +150,7 @@ fn domain(domain: &Domain) -> Check {
     let holds = total.is_some_and(|total| total < 1 << 31);
     ensure!(
         holds,
-        "domain.cells",
+        "cells",
         "make 2^31 cells or more, which is more than can be numbered: use fewer"
     );
     Ok(())
@@ -162,35 +162,31 @@ const MOST_STAGES: usize = 50;
 /// Checks the steps and their scheme.
 fn time(case: &Case) -> Check {
     let time = &case.time;
-    positive("time.end", time.end, "s")?;
+    positive("end", time.end, "s")?;
     let both = time.step.is_some() && time.cfl.is_some();
-    ensure!(!both, "time.step", "time.step and time.cfl exclude each other: remove one of them");
-    positive("time.step", time.step, "s")?;
-    positive("time.cfl", time.cfl, "a Courant number, such as 0.4")?;
+    ensure!(!both, "step", "step and time.cfl exclude each other: remove one of them");
+    positive("step", time.step, "s")?;
+    positive("cfl", time.cfl, "a Courant number, such as 0.4")?;
     if let Some(stages) = time.max_stages {
         let own = time.scheme.is_none_or(Scheme::has_further_stages);
         ensure!(
             own,
-            "time.max_stages",
+            "max_stages",
             "only time.scheme = \"rkl2\" and \"rkl3\" have a choice of stages: remove one of them"
         );
         ensure!(
             (3..=MOST_STAGES).contains(&stages),
-            "time.max_stages",
+            "max_stages",
             "must be 3 to {MOST_STAGES} stages, not {stages}"
         );
     }
     let euler = time.scheme == Some(Scheme::Euler);
     let holds = time.advection != Advection::Qsi || euler;
     let cure = "set time.scheme = \"euler\" or choose upwind5";
-    ensure!(holds, "time.advection", "qsi is a one-step scheme: {cure}");
+    ensure!(holds, "advection", "qsi is a one-step scheme: {cure}");
     let holds = !euler || time.advection == Advection::Qsi || case.fluid.viscosity > 0.0;
     let cure = "choose \"rk2\" or \"rk3\", or time.advection = \"qsi\"";
-    ensure!(
-        holds,
-        "time.scheme",
-        "euler steps with upwind advection grow without viscosity: {cure}"
-    );
+    ensure!(holds, "scheme", "euler steps with upwind advection grow without viscosity: {cure}");
     Ok(())
 }
 

@@ -16,7 +16,7 @@
 //!          t
 //! ```
 
-use crate::surface::convex::Convex;
+use crate::boxes::convex::Convex;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
@@ -187,8 +187,8 @@ fn each_edge(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::boxes::convex::inertia;
     use crate::scatter::scatter;
-    use crate::surface::convex::inertia;
 
     fn boxed(middle: Vector3<f64>, half: Vector3<f64>) -> Convex {
         let mut body = Convex::default();

@@ -8,13 +8,15 @@
 
 pub(crate) mod ball;
 pub(crate) mod circle;
+pub(crate) mod convex;
 pub(crate) mod octant;
 pub(crate) mod rim;
 pub(crate) mod round;
 pub(crate) mod rows;
 pub(crate) mod stretched;
 
-use nalgebra::{Rotation3, Vector3};
+use crate::Orientation;
+use nalgebra::Vector3;
 
 /// A lattice of boxes, and how a body lies in it, the body's centre at its origin.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +24,7 @@ pub struct Lattice<'a> {
     /// How much larger than its geometry the body is.
     pub factor: f64,
     /// What brings the body's own axes into those of the lattice.
-    pub turn: Rotation3<f64>,
+    pub orientation: Orientation,
     /// The planes between the boxes along each axis, ascending (m); two alike along z in 2D.
     pub planes: &'a [Vec<f64>; 3],
     /// The axis of the faces in whose middles the boxes lie, where moments and levers are asked
@@ -33,13 +35,13 @@ pub struct Lattice<'a> {
 impl Lattice<'_> {
     /// Where a point of the body's geometry (m) is (m).
     pub(crate) fn place(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        self.factor * (self.turn * point)
+        self.factor * (self.orientation * point)
     }
 
     /// The middle of a box and its half edges in the axes of the body's geometry (m).
     pub(crate) fn own_box(&self, at: [usize; 3]) -> (Vector3<f64>, [Vector3<f64>; 3]) {
         let end = |a: usize, n: usize| self.planes[a][at[a] + n];
-        let own = |x: Vector3<f64>| self.turn.inverse_transform_vector(&x) / self.factor;
+        let own = |x: Vector3<f64>| self.orientation.inverse_transform_vector(&x) / self.factor;
         let middle = own(Vector3::from_fn(|a, _| 0.5 * (end(a, 0) + end(a, 1))));
         (middle, [0, 1, 2].map(|a| own(Vector3::ith(a, 0.5 * (end(a, 1) - end(a, 0))))))
     }

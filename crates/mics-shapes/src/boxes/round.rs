@@ -2,9 +2,9 @@
 //! once.
 //!
 //! ```text
-//!      +----+----+        a disc by the lines of the lattice across it ([`super::circle`]), a sphere
-//!      |  ,-|--. |        by its corners ([`super::octant`]): each box is a sum over its own
-//!      +-/--+---\+
+//!      +----+----+        a disc by the lines of the lattice across it ([`super::circle`]),
+//!      |  ,-|--. |        a sphere by its corners ([`super::octant`]): each box is a sum over
+//!      +-/--+---\+        its own
 //! ```
 
 use super::circle::{self, Line, Lines, Parts};
@@ -264,13 +264,13 @@ impl Room {
 mod tests {
     use super::super::octant;
     use super::*;
+    use crate::Orientation;
     use crate::{Disc, Shape, Sphere};
-    use nalgebra::Rotation3;
 
     const H: [f64; 3] = [0.13, 0.1, 0.11];
 
     fn lattice<'a>(planes: &'a [Vec<f64>; 3], faces: usize) -> Lattice<'a> {
-        Lattice { factor: 1.0, turn: Rotation3::identity(), planes, faces: Some(faces) }
+        Lattice { factor: 1.0, orientation: Orientation::identity(), planes, faces: Some(faces) }
     }
 
     /// A box by itself: what a disc or a sphere fills of it, and its first moment.

@@ -16,7 +16,7 @@
 //! and one for all arcs. See [`super::ball`] for the fields.
 
 use super::{Lattice, Tile, ball};
-use crate::surface::convex::Convex;
+use crate::boxes::convex::Convex;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
@@ -269,7 +269,7 @@ impl Stretched<'_> {
 /// Calls with the boxes of a lattice that an ellipsoid of these half axes (m), turned with it,
 /// reaches.
 pub(crate) fn tile(half: &Vector3<f64>, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
-    let Lattice { turn, planes, .. } = *lattice;
+    let Lattice { orientation: turn, planes, .. } = *lattice;
     let scales = Matrix3::from_diagonal(half);
     let back = turn.matrix() * scales;
     let to_ball = Matrix3::from_diagonal(&half.map(|a| 1.0 / a)) * turn.matrix().transpose();

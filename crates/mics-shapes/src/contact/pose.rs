@@ -1,7 +1,8 @@
 //! Cores of parts at their places, and the nearest points of two of them.
 
+use crate::Orientation;
 use crate::contact::part::{Core, Part};
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
 /// Where a body is and how it is turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -9,7 +10,7 @@ pub struct Pose {
     /// Its centre (m).
     pub place: Vector3<f64>,
     /// What brings its own axes into those of the box.
-    pub orientation: Rotation3<f64>,
+    pub orientation: Orientation,
 }
 
 /// The nearest points of two parts.
@@ -27,7 +28,7 @@ pub struct Closest {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placed<'a> {
     pub core: &'a Core,
-    pub orientation: &'a Rotation3<f64>,
+    pub orientation: &'a Orientation,
     /// Of the core's origin (m).
     pub place: Vector3<f64>,
 }

@@ -18,12 +18,13 @@
 //! saddles between them. D changes smoothly as the ball goes from one face to the next, also
 //! where these make a hollow.
 
+use crate::Orientation;
 use crate::contact::faces::{Face, Mesh};
 use crate::contact::foot::{at_middle, foot};
 use crate::contact::near::{Foot, foot_of_ball, nearest};
 use crate::contact::part::{Core, Part};
 use crate::contact::pose::{Placed, Pose};
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
 /// Cosine of the angle between the directions to a part, or between the normals, up to which faces
 /// are of one region.
@@ -38,7 +39,7 @@ pub struct Region {
     pub(crate) corners: Vec<Bound<u32>>,
     /// Where the middle of the part was (m), and how it was turned, when they were found.
     middle: Vector3<f64>,
-    orientation: Rotation3<f64>,
+    orientation: Orientation,
 }
 
 /// A face of a region, at hand.

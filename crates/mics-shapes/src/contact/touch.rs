@@ -9,7 +9,7 @@
 //! A law with the force Q(D) acts with Q S at x: that is the slope of its potential by the bodies'
 //! places, so that a flat contact keeps energy as a corner does, and of four corners at most
 //! 4^(1/p) times as stiff. All distances are those of whole bodies and edges, which change smoothly
-//! where a corner goes over the edge of a face ([`crate::contact::polytope`]). What forces along several
+//! where a corner goes over the edge of a face ([`super::polytope`]). What forces along several
 //! normals leave about x is a couple about n, which the slope of D by turns says too.
 
 use crate::contact::depths::{POWER, Patch, Touch, mean};

@@ -8,9 +8,9 @@
 //!      '---' '---'        inside the nearest point is on a free part of a sphere, or on the circle
 //! ```
 
+use crate::boxes::convex::{self, Convex};
 use crate::boxes::{ball, rim};
 use crate::surface::balls::{Arc, Ball, Seam, arcs_of, circle, radical_plane, unconnected};
-use crate::surface::convex::{self, Convex};
 use crate::surface::moments::Moments;
 use crate::surface::patches;
 use crate::{Fault, Lattice, Nearest, Part, Shape, SurfacePoint, Tile};
@@ -356,7 +356,7 @@ impl Shape for Clump {
 
     /// Exact, see the top.
     fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
-        let Lattice { factor, turn, planes, .. } = lattice;
+        let Lattice { factor, orientation: turn, planes, .. } = lattice;
         if self.dimension == 2 {
             let turn = turn.matrix().fixed_view::<2, 2>(0, 0);
             return rim::tile(planes, found, |rim, planes| {

@@ -96,7 +96,7 @@ impl Shape for Ellipse {
     }
 
     fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
-        let axes = lattice.turn.matrix().fixed_view::<2, 2>(0, 0);
+        let axes = lattice.orientation.matrix().fixed_view::<2, 2>(0, 0);
         let axes = axes * Matrix2::from_diagonal(&(lattice.factor * self.half));
         let whole = rim::Stretched::new(Vector2::zeros(), axes);
         rim::tile(lattice.planes, found, |rim, planes| rim.add_ellipse(planes, &whole));

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!     given surface    closed, moved into the periods                      [`walls`]
-//!       -> contacts    its walls as faces                                  [`crate::contact::faces`]
+//!       -> contacts    its walls as faces                                  [`Mesh`]
 //!       -> fluid       the union with all fixed obstacles that it touches  [`surface`], [`union`]
 //! ```
 //! What an obstacle is in a periodic domain is its surface and all images of it.

@@ -314,7 +314,7 @@ impl Shape for Polygon {
     }
 
     fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
-        let Lattice { factor, turn, planes, .. } = lattice;
+        let Lattice { factor, orientation: turn, planes, .. } = lattice;
         let turn = turn.matrix().fixed_view::<2, 2>(0, 0);
         let n = self.sides.len();
         let rounding = factor * self.rounding;

@@ -13,7 +13,7 @@
 //! the angle between its faces' normals.
 
 use super::polygon::SKIN;
-use crate::surface::convex::{self, Convex};
+use crate::boxes::convex::{self, Convex};
 use crate::surface::facets::{Facet, Facets};
 use crate::surface::stl;
 use crate::{Core, Face, Fault, Lattice, Nearest, Part, Polytope, Shape, SurfacePoint, Tile};

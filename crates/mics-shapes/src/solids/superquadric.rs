@@ -6,7 +6,7 @@
 //! volume, which is exact. Its faces are within 0.2 % of the half axes of the true surface, its
 //! corners within 2 %.
 
-use crate::surface::convex::Convex;
+use crate::boxes::convex::Convex;
 use crate::surface::ellipsoid::skin;
 use crate::surface::facets::Facets;
 use crate::surface::patches;

@@ -9,8 +9,8 @@
 //!    +--+--+--+--+
 //! ```
 
-use super::convex::Convex;
 use super::patches;
+use crate::boxes::convex::Convex;
 use crate::boxes::rows;
 use crate::{Lattice, Nearest, SurfacePoint, Tile};
 use nalgebra::Vector3;

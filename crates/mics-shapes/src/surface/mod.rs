@@ -2,7 +2,6 @@
 //! enclose.
 
 pub(crate) mod balls;
-pub(crate) mod convex;
 pub(crate) mod ellipsoid;
 pub(crate) mod facets;
 pub(crate) mod moments;

@@ -82,7 +82,7 @@ pub fn study(request: &Request) -> Result<()> {
     replace(&folder.join(COPY), text.as_str().as_bytes())?;
     check_scenes(&study, &mut plan, &folder, request.force)?;
     let outcomes = run_all(&study, &plan, &folder, request.force)?;
-    report(&study, &plan, &outcomes, (&name, &folder))?;
+    report(&study, &plan, &outcomes, &name, &folder)?;
     end(&study, &plan, &outcomes)
 }
 
@@ -91,7 +91,8 @@ fn report(
     study: &Study,
     plan: &Plan,
     outcomes: &[Vec<Outcome>],
-    (name, folder): (&str, &Path),
+    name: &str,
+    folder: &Path,
 ) -> Result<()> {
     let table = write_table(study, plan, outcomes, folder)?;
     let mut files = vec![folder.join("study.csv"), folder.join("study.md")];

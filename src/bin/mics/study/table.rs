@@ -39,8 +39,8 @@ fn text(value: Option<f64>) -> String {
 /// The median; `None` of nothing.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
-    let (low, high) =
-        (values.get(values.len().checked_sub(1)? / 2)?, values.get(values.len() / 2)?);
+    let low = values.get(values.len().checked_sub(1)? / 2)?;
+    let high = values.get(values.len() / 2)?;
     Some(0.5 * (low + high))
 }
 
@@ -149,8 +149,8 @@ impl Row {
         let otherwise = if done.0.is_empty() { "waiting" } else { "done" };
         let status = broken.map_or(otherwise, |outcome| outcome.status);
         let per_step = |seconds: f64| cells.zip(steps).map(|(c, s)| 1e6 * seconds / (c * s));
-        let (pressure, krylov) =
-            (done.median("pressure_cpu_seconds"), done.median("krylov_iterations"));
+        let pressure = done.median("pressure_cpu_seconds");
+        let krylov = done.median("krylov_iterations");
         // Each iteration of C-HSMAC is a solve; a run at rest has none.
         let solves = done.median("outer_iterations").filter(|solves| *solves > 0.0);
         let part = |whole: Option<f64>, of: Option<f64>| whole.zip(of).map(|(a, b)| a / b);

@@ -38,7 +38,8 @@ struct At {
 
 impl At {
     fn new(given: &[f64], place: f64, period: Option<f64>) -> At {
-        let (last, next) = (given.len() - 1, given.partition_point(|x| *x <= place));
+        let last = given.len() - 1;
+        let next = given.partition_point(|x| *x <= place);
         let (low, high, between) = match (next, period) {
             (0, None) => (0.0, 1.0, [0, 0]),
             (n, None) if n > last => (0.0, 1.0, [last, last]),

@@ -69,7 +69,8 @@ fn rows(source: &Source) -> Result<Raster, Fault> {
         all.dedup();
         all
     };
-    let (x, y) = (coordinates(0), coordinates(1));
+    let x = coordinates(0);
+    let y = coordinates(1);
     let mut heights = vec![f64::NAN; x.len().saturating_mul(y.len()).min(1 << 28)];
     for (line, row) in &rows {
         let [i, j] = [(&x, row[0]), (&y, row[1])].map(|(all, v)| all.partition_point(|c| *c < v));
@@ -100,7 +101,10 @@ fn esri(source: &Source) -> Result<Raster, Fault> {
     let text = source.text()?;
     let mut lines =
         (1u64..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()).peekable();
-    let (mut count, mut corner, mut cell, mut none) = ([0usize; 2], [None; 2], 0.0, None);
+    let mut count = [0usize; 2];
+    let mut corner = [None; 2];
+    let mut cell = 0.0;
+    let mut none = None;
     while let Some((line, text)) =
         lines.next_if(|(_, text)| text.trim_start().starts_with(char::is_alphabetic))
     {

@@ -3,16 +3,16 @@
 use super::overlap::slack;
 use super::*;
 use crate::config::FACES;
-use crate::config::fault::{AXES, Check, not_negative, positive, short, vector};
+use crate::config::fault::{AXES, Check, Within, not_negative, positive, short, vector};
 
 impl Enter {
-    /// Checks these keys of the table `table` for a body of this diameter (m).
-    fn check(&self, case: &Case, table: &str, diameter: f64, free: bool) -> Check {
+    /// Checks these keys for a body of this diameter (m).
+    fn check(&self, case: &Case, diameter: f64, free: bool) -> Check {
         let Enter { time, region, gap, .. } = self;
-        ensure!(free, table, "is for free particles: set motion = \"free\" or remove it");
-        not_negative(&format!("{table}.time"), *time, "s")?;
-        not_negative(&format!("{table}.gap"), *gap, "m")?;
-        region.as_ref().map_or(Ok(()), |region| region.check(case, table, diameter, *gap))
+        ensure!(free, "", "is for free particles: set motion = \"free\" or remove it");
+        not_negative("time", *time, "s")?;
+        not_negative("gap", *gap, "m")?;
+        region.as_ref().map_or(Ok(()), |region| region.check(case, diameter, *gap).within("region"))
     }
 }
 
@@ -39,52 +39,52 @@ pub(in crate::config) struct Nature<'a> {
 const DENSITY_RATIOS: std::ops::RangeInclusive<f64> = 1e-6..=1e7;
 
 impl Nature<'_> {
-    /// Checks these keys of the table `table`.
-    pub(in crate::config) fn check(&self, table: &str, case: &Case) -> Check {
-        let (key, dimension) = (|rest: &str| format!("{table}.{rest}"), case.dimension());
-        positive(&key("density"), self.density, "kg/m3")?;
+    /// Checks these keys of a table.
+    pub(in crate::config) fn check(&self, case: &Case) -> Check {
+        let dimension = case.dimension();
+        positive("density", self.density, "kg/m3")?;
         let ratio = self
             .density
             .filter(|_| *self.motion == Motion::Free)
             .map_or(1.0, |own| own / case.fluid.density);
         ensure!(
             DENSITY_RATIOS.contains(&ratio),
-            key("density"),
+            "density",
             "is {ratio:.1e} times the fluid's: free particles are computed from {:e} to {:e} \
             times, and contacts hold up to 1e4; look at the units of both densities",
             DENSITY_RATIOS.start(),
             DENSITY_RATIOS.end()
         );
-        not_negative(&key("viscosity"), self.viscosity, "Pa s")?;
+        not_negative("viscosity", self.viscosity, "Pa s")?;
         ensure!(
             self.material != Some(""),
-            key("material"),
+            "material",
             "is empty: give the material a name, or remove the key"
         );
-        printable(&key("material"), self.material)?;
-        motion(self.motion, &key("motion"), dimension)?;
+        printable("material", self.material)?;
+        motion(self.motion, "motion", dimension)?;
         let free = *self.motion == Motion::Free;
         let cure =
             "set motion = \"free\", or give { prescribed = { velocity = [...], spin = ... } }";
         ensure!(
             free || self.velocity.is_none(),
-            key("velocity"),
+            "velocity",
             "is how a free particle starts: {cure}"
         );
-        ensure!(free || self.spin.is_none(), key("spin"), "is how a free particle starts: {cure}");
+        ensure!(free || self.spin.is_none(), "spin", "is how a free particle starts: {cure}");
         ensure!(
             free || self.locked.is_empty(),
-            key("locked"),
+            "locked",
             "is for free particles: set motion = \"free\" or remove it"
         );
         if let Some(velocity) = self.velocity {
-            vector(&key("velocity"), velocity, dimension, "m/s")?;
+            vector("velocity", velocity, dimension, "m/s")?;
         }
         if let Some(spin) = self.spin {
-            spin.check(&key("spin"), dimension)?;
+            spin.check("spin", dimension)?;
         }
         for (i, lock) in self.locked.iter().enumerate() {
-            let key = key(&format!("locked.{i}"));
+            let key = format!("locked.{i}");
             let known = if dimension == 3 { "x, y, z and rotation" } else { "x, y and rotation" };
             ensure!(
                 dimension == 3 || *lock != Lock::Z,
@@ -111,31 +111,22 @@ pub(in crate::config) fn printable(key: &str, name: Option<&str>) -> Check {
 /// Checks one entry of `[[particle]]` by itself.
 pub(in crate::config) fn particle(case: &Case, particle: &Particle, index: usize) -> Check {
     let dimension = case.dimension();
-    let table = format!("particle.{index}");
     let named = particle.name.as_deref() != Some("");
-    ensure!(
-        named,
-        format!("{table}.name"),
-        "is empty: give the particle a name, or remove the key"
-    );
-    printable(&format!("{table}.name"), particle.name.as_deref())?;
-    let key_shape = format!("{table}.shape.{}", particle.shape.name());
+    ensure!(named, "name", "is empty: give the particle a name, or remove the key");
+    printable(&"name", particle.name.as_deref())?;
+    let key_shape = format!("shape.{}", particle.shape.name());
     if particle.shape.is_round() {
         let fits = particle.shape.dimension() == dimension;
-        ensure!(
-            fits,
-            format!("{table}.shape"),
-            "a disc is for 2D, a sphere for 3D; this case is {dimension}D"
-        );
+        ensure!(fits, "shape", "a disc is for 2D, a sphere for 3D; this case is {dimension}D");
         positive(&format!("{key_shape}.diameter"), particle.shape.diameter(), "m")?;
     }
     if let Some(orientation) = &particle.orientation {
-        orientation.check(&format!("{table}.orientation"), dimension)?;
+        orientation.check("orientation", dimension)?;
     }
-    let place = format!("{table}.position");
-    vector(&place, &particle.position, dimension, "m")?;
+    let place = "position";
+    vector(place, &particle.position, dimension, "m")?;
     below_periods(case, &period_key(&key_shape, particle), particle.shape.bounding_diameter())?;
-    inside(case, &place, &format!("particle {index}"), particle)?;
+    inside(case, place, &format!("particle {index}"), particle)?;
     let Particle { motion, density, viscosity, .. } = particle;
     let velocity = particle.velocity.as_deref();
     let spin = particle.spin.as_ref();
@@ -150,15 +141,11 @@ pub(in crate::config) fn particle(case: &Case, particle: &Particle, index: usize
         locked,
         material,
     };
-    nature.check(&table, case)?;
+    nature.check(case)?;
     let enter = particle.enter.as_ref();
     enter.map_or(Ok(()), |enter| {
-        enter.check(
-            case,
-            &format!("{table}.enter"),
-            particle.shape.bounding_diameter(),
-            *motion == Motion::Free,
-        )
+        let diameter = particle.shape.bounding_diameter();
+        enter.check(case, diameter, *motion == Motion::Free).within("enter")
     })
 }
 
@@ -170,7 +157,8 @@ fn period_key(shape: &str, particle: &Particle) -> String {
 /// No body meets itself across periodic sides: its diameter (m) is below each period.
 pub(in crate::config) fn below_periods(case: &Case, key: &str, diameter: f64) -> Check {
     for (axis, &size) in case.domain.size.iter().enumerate() {
-        let (holds, x) = (diameter < size || !case.periodic(axis), AXES[axis]);
+        let holds = diameter < size || !case.periodic(axis);
+        let x = AXES[axis];
         ensure!(
             holds,
             key,

@@ -142,7 +142,9 @@ fn superquadric_lies_between_ellipsoid_and_box() {
             format!("{{ superquadric = {{ axes = [0.02, 0.02, 0.02], exponents = [{p}, {p}] }} }}");
         case(3, &shape, "", &[]).particle[0].shape.volume()
     };
-    let (ball, round, sharp) = (of(2.0), of(4.0), of(8.0));
+    let ball = of(2.0);
+    let round = of(4.0);
+    let sharp = of(8.0);
     assert!((ball - PI / 6.0 * 8e-6).abs() < 1e-4 * ball, "{ball}");
     assert!(ball < round && round < sharp && sharp < 8e-6, "{ball} {round} {sharp}");
 }

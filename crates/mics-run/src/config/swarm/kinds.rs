@@ -137,7 +137,8 @@ fn turned_anyhow(dimension: usize, random: &mut ChaCha8Rng) -> Orientation {
             return (x, y, square);
         }
     };
-    let ((a, b, first), (c, d, second)) = (disc(), disc());
+    let (a, b, first) = disc();
+    let (c, d, second) = disc();
     let factor = ((1.0 - first) / second).sqrt();
     let turn = Quaternion::new(a, b, factor * c, factor * d);
     Orientation::by(&UnitQuaternion::new_normalize(turn))

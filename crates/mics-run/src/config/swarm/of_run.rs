@@ -37,7 +37,8 @@ pub(super) fn append(
         body.motion = swarm.motion.clone().unwrap_or(body.motion);
         body.locked = swarm.locked.clone();
         if body.motion != Motion::Free {
-            (body.velocity, body.spin) = (None, None);
+            body.velocity = None;
+            body.spin = None;
         }
         below_periods(case, key, body.shape.bounding_diameter())?;
         let who = format!("{}: particle {}", file.display(), case.particle.len() - first);

@@ -46,7 +46,8 @@ pub(super) fn room(
             return Some((0.0, size));
         }
     } else {
-        (low, high) = (low.max(gap), high.min(size - gap));
+        low = low.max(gap);
+        high = high.min(size - gap);
     }
     let length = (high - radius) - (low + radius);
     // A region that is just as wide as a body has room for it, whatever the last digits say.
@@ -103,7 +104,8 @@ impl Taken {
         let reach = 0.5 * diameter + self.reach;
         // From which cell on, and how many, along each axis.
         let span = |axis: usize| {
-            let ((count, width), last) = (self.cells[axis], self.cells[axis].0 as i64 - 1);
+            let (count, width) = self.cells[axis];
+            let last = self.cells[axis].0 as i64 - 1;
             let [low, high] = [-reach, reach].map(|d| ((place[axis] + d) / width).floor() as i64);
             match self.periods[axis] {
                 Some(_) => (low, (high - low + 1).min(count as i64)),

@@ -17,25 +17,17 @@ pub struct Region {
 }
 
 impl Region {
-    /// Checks this `region` of the table `table`, which has to have room for a body of this
-    /// diameter (m) with this gap (m) around it.
-    pub(in crate::config) fn check(
-        &self,
-        case: &Case,
-        table: &str,
-        diameter: f64,
-        gap: f64,
-    ) -> Check {
-        let key = |rest: &str| format!("{table}.region{rest}");
-        vector(&key(".min"), &self.min, case.dimension(), "m")?;
-        vector(&key(".max"), &self.max, case.dimension(), "m")?;
+    /// Checks it: it has to have room for a body of this diameter (m) with this gap (m) around it.
+    pub(in crate::config) fn check(&self, case: &Case, diameter: f64, gap: f64) -> Check {
+        vector("min", &self.min, case.dimension(), "m")?;
+        vector("max", &self.max, case.dimension(), "m")?;
         for (axis, &size) in case.domain.size.iter().enumerate() {
             let low = self.min[axis];
             let high = self.max[axis];
             let x = AXES[axis];
             for (end, at) in [("min", low), ("max", high)] {
                 let holds = (0.0..=size).contains(&at);
-                let key = key(&format!(".{end}.{axis}"));
+                let key = format!("{end}.{axis}");
                 ensure!(
                     holds,
                     key,
@@ -48,7 +40,7 @@ impl Region {
                 "{width} m along {x} have no room for a diameter of {diameter:?} m with a gap of \
                 {gap:?} m"
             );
-            ensure!(room.is_some(), key(""), "{message}: widen it, or choose smaller ones");
+            ensure!(room.is_some(), "", "{message}: widen it, or choose smaller ones");
         }
         Ok(())
     }

@@ -42,7 +42,9 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
         let particle = choices
             .next()
             .ok_or_else(String::new)
-            .and_then(|choice| particle(swarm, choice, &kinds, &columns, &header, &record))
+            .and_then(|(kind, orientation)| {
+                particle(swarm, kind, orientation, &kinds, &columns, &header, &record)
+            })
             .map_err(refuse)?;
         below_periods(case, key, particle.shape.bounding_diameter())
             .map_err(|fault| refuse(format!("column `diameter`: {}", fault.message)))?;
@@ -122,15 +124,16 @@ fn columns(header: &csv::StringRecord, dimension: usize, swarm: &Swarm) -> Resul
 /// The particle of one line, or what is wrong with it.
 fn particle(
     swarm: &Swarm,
-    (kind, orientation): (&Kind, Option<Orientation>),
+    kind: &Kind,
+    orientation: Option<Orientation>,
     kinds: &[Kind],
     columns: &Columns,
     header: &csv::StringRecord,
     record: &csv::StringRecord,
 ) -> Result<Particle, String> {
     let number = |column: usize| {
-        let (name, text) =
-            (header.get(column).unwrap_or_default(), record.get(column).unwrap_or_default());
+        let name = header.get(column).unwrap_or_default();
+        let text = record.get(column).unwrap_or_default();
         let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
         number.ok_or(format!("column `{name}` must be a finite number, not \"{text}\""))
     };
@@ -192,8 +195,8 @@ fn turned(numbers: &[f64]) -> Result<Orientation, String> {
     let [w, x, y, z] = numbers[..] else {
         return Ok(Orientation::Plane(numbers[0].to_degrees()));
     };
-    let (orientation, columns) =
-        (Orientation::By(By { quaternion: [w, x, y, z] }), "columns `qw` to `qz`");
+    let orientation = Orientation::By(By { quaternion: [w, x, y, z] });
+    let columns = "columns `qw` to `qz`";
     let checked = orientation.check(columns, 3);
     checked.map_err(|fault| format!("{columns}: {}", fault.message))?;
     Ok(orientation)

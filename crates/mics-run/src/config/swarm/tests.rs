@@ -8,7 +8,8 @@ use std::f64::consts::PI;
 
 /// A box of 2 by 1 (by 1) m, periodic along x, with walls elsewhere, and these further keys.
 fn text(dimension: usize, keys: &str) -> String {
-    let (size, cells) = (&[2.0, 1.0, 1.0][..dimension], &[16, 8, 8][..dimension]);
+    let size = &[2.0, 1.0, 1.0][..dimension];
+    let cells = &[16, 8, 8][..dimension];
     let lids = if dimension == 3 { "bottom = \"wall\"\ntop = \"wall\"" } else { "" };
     format!(
         "name = \"box\"\ntime.end = 1.0\ndomain = {{ size = {size:?}, cells = {cells:?} }}\n\

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::*;
-use crate::config::fault::AXES;
+use crate::config::fault::{AXES, Within};
 use crate::config::names::unnamed;
 use crate::config::particle::printable;
 
@@ -12,7 +12,7 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
     let names: Vec<Option<&str>> =
         case.particle.iter().map(|particle| particle.name.as_deref()).collect();
     let walls: Vec<Option<&str>> = case.obstacle.iter().map(|o| o.name.as_deref()).collect();
-    let found_in = |kind, names: &[Option<&str>], which: &Which, key: String| match which {
+    let found_in = |kind, names: &[Option<&str>], which: &Which, key: &str| match which {
         Which::Id(id) => Ok(vec![*id]),
         Which::Named(name) => {
             let ids: Vec<usize> = (0..names.len()).filter(|id| names[*id] == Some(name)).collect();
@@ -21,11 +21,11 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
             Ok(ids)
         }
     };
-    let found = |which: &Which, key: String| found_in("particle", &names, which, key);
-    for (index, measure) in case.measure.iter_mut().enumerate() {
+    let found = |which: &Which, key: &str| found_in("particle", &names, which, key);
+    let name = |measure: &mut Measure| -> Check {
         if let Some(obstacle) = &measure.obstacle {
-            let key = format!("measure.{index}.obstacle");
-            let id = found_in("obstacle", &walls, obstacle, key.clone())?[0];
+            let key = "obstacle";
+            let id = found_in("obstacle", &walls, obstacle, key)?[0];
             ensure!(
                 id < walls.len(),
                 key,
@@ -43,99 +43,100 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
             if measure.kind.is_of_group() {
                 measure.particles = Some(vec![measure.particle.clone()]);
             }
-            continue;
+            return Ok(());
         }
-        let one = found(&measure.particle, format!("measure.{index}.particle"))?;
+        let one = found(&measure.particle, "particle")?;
         let several = "particles have the name: give an index, or a kind that is of several";
-        ensure!(one.len() == 1, format!("measure.{index}.particle"), "{} {several}", one.len());
+        ensure!(one.len() == 1, "particle", "{} {several}", one.len());
         measure.particle = Which::Id(one[0]);
         if let Some(group) = &mut measure.particles {
-            let ids = group
-                .iter()
-                .enumerate()
-                .map(|(i, which)| found(which, format!("measure.{index}.particles.{i}")));
+            let ids =
+                group.iter().enumerate().map(|(i, which)| found(which, &format!("particles.{i}")));
             let ids = ids.collect::<Result<Vec<_>, _>>()?.concat();
             let mut once = HashSet::new();
             *group = ids.into_iter().filter(|id| once.insert(*id)).map(Which::Id).collect();
         }
+        Ok(())
+    };
+    for (index, measure) in case.measure.iter_mut().enumerate() {
+        name(measure).within(format_args!("measure.{index}"))?;
     }
     Ok(())
 }
 
 /// Checks the measures, swarms turned into particles and names into indices.
 pub(in crate::config) fn measures(case: &Case) -> Check {
-    let mut names = HashSet::new();
     for (index, measure) in case.measure.iter().enumerate() {
-        let Measure { name, kind, from, speed, length, .. } = measure;
-        let key = |rest: &str| format!("measure.{index}.{rest}");
-        ensure!(!name.is_empty(), key("name"), "is empty: give each measure a name");
-        printable(&key("name"), Some(name))?;
-        ensure!(
-            names.insert(name),
-            key("name"),
-            "\"{name}\" names another measure already: give each its own name"
-        );
-        not_negative(&key("from"), *from, "s")?;
-        let end = case.time.end;
-        ensure!(*from < end, key("from"), "must be before time.end = {end:?} s, not {from:?}");
-        positive(&key("speed"), *speed, "m/s")?;
-        positive(&key("length"), *length, "m")?;
-        ensure!(
-            length.is_none() || kind.needs_speed(),
-            key("length"),
-            "is of coefficients of a force and strouhal only"
-        );
-        ensure!(
-            length.is_some() || measure.obstacle.is_none() || !kind.needs_speed(),
-            key("length"),
-            "an obstacle has no diameter that a coefficient could refer to: give `length` (m)"
-        );
-        particles(case, measure, &key)?;
-        if let Some(direction) = &measure.direction {
-            let holds = kind.is_of_force() && !kind.fits_morison();
-            ensure!(
-                holds,
-                key("direction"),
-                "is of forces: drag, lift, strouhal, force, torque and force_noise"
-            );
-            ensure!(
-                *kind != MeasureKind::Torque || case.dimension() == 3,
-                key("direction"),
-                "is of a torque in 3D only: in 2D it is about z"
-            );
-            vector(&key("direction"), direction, case.dimension(), "of any length")?;
-            let some = direction.iter().any(|part| *part != 0.0);
-            ensure!(
-                some,
-                key("direction"),
-                "is nothing but zeros: give a direction, as in [1.0, 0.0]"
-            );
-        }
-        box_keys(case, measure, &key)?;
-        needs_of_kind(case, measure, &key)?;
-        moment(case, measure, &key)?;
-        if kind.needs_speed() {
-            let holds = speed.or(case.reference_speed()).is_some();
-            ensure!(
-                holds,
-                key("speed"),
-                "no reference speed, as nothing moves at the start: give `speed` (m/s)"
-            );
-        }
-        reference(measure, &key)?;
+        let own = case.measure[..index].iter().all(|other| other.name != measure.name);
+        measure.check(case, own).within(format_args!("measure.{index}"))?;
     }
     Ok(())
 }
 
+impl Measure {
+    /// Checks its keys; its name is its `own` where no earlier measure has it.
+    fn check(&self, case: &Case, own: bool) -> Check {
+        let measure = self;
+        let Measure { name, kind, from, speed, length, .. } = self;
+        ensure!(!name.is_empty(), "name", "is empty: give each measure a name");
+        printable("name", Some(name))?;
+        ensure!(own, "name", "\"{name}\" names another measure already: give each its own name");
+        not_negative("from", *from, "s")?;
+        let end = case.time.end;
+        ensure!(*from < end, "from", "must be before time.end = {end:?} s, not {from:?}");
+        positive("speed", *speed, "m/s")?;
+        positive("length", *length, "m")?;
+        ensure!(
+            length.is_none() || kind.needs_speed(),
+            "length",
+            "is of coefficients of a force and strouhal only"
+        );
+        ensure!(
+            length.is_some() || measure.obstacle.is_none() || !kind.needs_speed(),
+            "length",
+            "an obstacle has no diameter that a coefficient could refer to: give `length` (m)"
+        );
+        particles(case, measure)?;
+        if let Some(direction) = &measure.direction {
+            let holds = kind.is_of_force() && !kind.fits_morison();
+            ensure!(
+                holds,
+                "direction",
+                "is of forces: drag, lift, strouhal, force, torque and force_noise"
+            );
+            ensure!(
+                *kind != MeasureKind::Torque || case.dimension() == 3,
+                "direction",
+                "is of a torque in 3D only: in 2D it is about z"
+            );
+            vector("direction", direction, case.dimension(), "of any length")?;
+            let some = direction.iter().any(|part| *part != 0.0);
+            ensure!(some, "direction", "is nothing but zeros: give a direction, as in [1.0, 0.0]");
+        }
+        box_keys(case, measure)?;
+        needs_of_kind(case, measure)?;
+        moment(case, measure)?;
+        if kind.needs_speed() {
+            let holds = speed.or(case.reference_speed()).is_some();
+            ensure!(
+                holds,
+                "speed",
+                "no reference speed, as nothing moves at the start: give `speed` (m/s)"
+            );
+        }
+        reference(measure)
+    }
+}
+
 /// Checks that the particles of a measure are there.
-fn particles(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
+fn particles(case: &Case, measure: &Measure) -> Check {
     let kind = measure.kind;
     let count = case.particle.len();
     if measure.obstacle.is_some() {
         let holds = kind.is_of_force() && !kind.fits_morison();
         ensure!(
             holds,
-            key("obstacle"),
+            "obstacle",
             "is for forces: drag, lift, strouhal, force, torque, force_noise"
         );
         return Ok(());
@@ -143,35 +144,31 @@ fn particles(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Ch
     let missing = |id| format!("there is no particle {id}: the case has {count}, counted from 0");
     if kind.needs_particle() {
         let id = measure.particle.id();
-        ensure!(id < count, key("particle"), "{}", missing(id));
+        ensure!(id < count, "particle", "{}", missing(id));
     }
     if kind.is_of_group() {
-        ensure!(count > 0, key("kind"), "is of particles, and the case has none");
+        ensure!(count > 0, "kind", "is of particles, and the case has none");
     }
     if let Some(group) = &measure.particles {
         ensure!(
             kind.is_of_group(),
-            key("particles"),
+            "particles",
             "is for mean_height, height_rank, fastest_particle, mean_speed, rms_speed, \
             transport_rate and force only"
         );
-        ensure!(
-            !group.is_empty(),
-            key("particles"),
-            "is empty: list some, or leave it out for all"
-        );
+        ensure!(!group.is_empty(), "particles", "is empty: list some, or leave it out for all");
         let unknown = group.iter().map(Which::id).find(|id| *id >= count);
-        ensure!(unknown.is_none(), key("particles"), "{}", missing(unknown.unwrap_or_default()));
+        ensure!(unknown.is_none(), "particles", "{}", missing(unknown.unwrap_or_default()));
     }
     Ok(())
 }
 
 /// Checks that the case has what the kind of a measure needs: gravity, a swing, dimensions.
-fn needs_of_kind(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
+fn needs_of_kind(case: &Case, measure: &Measure) -> Check {
     let kind = measure.kind;
     if kind.needs_gravity() {
         let falls = case.fluid.gravity.iter().any(|g| *g != 0.0);
-        ensure!(falls, key("kind"), "needs fluid.gravity, which says what is high");
+        ensure!(falls, "kind", "needs fluid.gravity, which says what is high");
     }
     if kind.fits_morison() {
         let swings = |motion: &Motion| {
@@ -184,27 +181,27 @@ fn needs_of_kind(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -
             = ... } } }";
         ensure!(
             swings(&case.particle[measure.particle.id()].motion),
-            key("kind"),
+            "kind",
             "is of a particle that swings: {cure}"
         );
     }
     let flat = case.dimension() == 2 || !kind.is_of_line();
-    ensure!(flat, key("kind"), "is for 2D only; in 3D look into the fields");
+    ensure!(flat, "kind", "is for 2D only; in 3D look into the fields");
     let along_z = matches!(kind, MeasureKind::PositionZ | MeasureKind::VelocityZ);
     ensure!(
         case.dimension() == 3 || !along_z,
-        key("kind"),
+        "kind",
         "is for 3D only; in 2D measure along x or y"
     );
     Ok(())
 }
 
 /// Checks the moment at which a measure is taken.
-fn moment(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
+fn moment(case: &Case, measure: &Measure) -> Check {
     let Some(when) = measure.when else { return Ok(()) };
     ensure!(
         measure.kind.has_moments(),
-        key("when"),
+        "when",
         "is of position_x, velocity_x (y, z), spin and angle only: remove it or change the kind"
     );
     let (at, most, unit) = match when {
@@ -215,39 +212,35 @@ fn moment(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check
         // What is never reached has no value.
         When::Time(at) => (at, f64::INFINITY, "s"),
     };
-    ensure!(
-        (0.0..=most).contains(&at),
-        key("when"),
-        "must be from 0 to {most:?} {unit}, not {at:?}"
-    );
+    ensure!((0.0..=most).contains(&at), "when", "must be from 0 to {most:?} {unit}, not {at:?}");
     Ok(())
 }
 
 /// Checks the keys of measures of the whole box.
-fn box_keys(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
+fn box_keys(case: &Case, measure: &Measure) -> Check {
     let Measure { kind, axis, region, threshold, .. } = measure;
     ensure!(
         axis.is_none() || kind.has_axis(),
-        key("axis"),
+        "axis",
         "is of flow_rate, pressure_drop and the like only"
     );
     if let Some(axis) = axis {
-        axis.check(&key("axis"), case.dimension())?;
+        axis.check("axis", case.dimension())?;
     }
     let of_bed = *kind == MeasureKind::BedHeight;
-    ensure!(threshold.is_none() || of_bed, key("threshold"), "is of bed_height only");
-    positive(&key("threshold"), *threshold, "a solid fraction, such as 0.1")?;
+    ensure!(threshold.is_none() || of_bed, "threshold", "is of bed_height only");
+    positive("threshold", *threshold, "a solid fraction, such as 0.1")?;
     ensure!(
         threshold.is_none_or(|t| t < 1.0),
-        key("threshold"),
+        "threshold",
         "is a solid fraction: it must be below 1"
     );
     if let Some(Region { min, max }) = region {
-        ensure!(*kind == MeasureKind::SolidFraction, key("region"), "is of solid_fraction only");
-        vector(&key("region.min"), min, case.dimension(), "m")?;
-        vector(&key("region.max"), max, case.dimension(), "m")?;
+        ensure!(*kind == MeasureKind::SolidFraction, "region", "is of solid_fraction only");
+        vector("region.min", min, case.dimension(), "m")?;
+        vector("region.max", max, case.dimension(), "m")?;
         let holds = min.iter().zip(max).all(|(min, max)| min < max);
-        ensure!(holds, key("region"), "its max must be above its min along every axis");
+        ensure!(holds, "region", "its max must be above its min along every axis");
         for (axis, (size, cells)) in case.domain.size.iter().zip(&case.domain.cells).enumerate() {
             let h = size / *cells as f64;
             // The centres of cells from the first above its min to the last below its max.
@@ -257,27 +250,27 @@ fn box_keys(case: &Case, measure: &Measure, key: &dyn Fn(&str) -> String) -> Che
             let x = AXES[axis];
             ensure!(
                 holds,
-                key("region"),
+                "region",
                 "has no centre of a cell in it along {x}, {h:?} m apart in the box: make it wider"
             );
         }
     }
     let driven = case.drive.is_some() || *kind != MeasureKind::DriveForce;
-    ensure!(driven, key("kind"), "is of a drive, and the case has none: give [drive]");
+    ensure!(driven, "kind", "is of a drive, and the case has none: give [drive]");
     Ok(())
 }
 
 /// Checks the reference of a measure and its tolerance.
-fn reference(measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
+fn reference(measure: &Measure) -> Check {
     let given = measure.reference.is_some();
     ensure!(
         given || measure.tolerance.is_none(),
-        key("tolerance"),
+        "tolerance",
         "is of a reference: give `reference` or remove it"
     );
     ensure!(
         given || measure.source.is_none(),
-        key("source"),
+        "source",
         "is that of a reference: give `reference` or remove it"
     );
     match measure.reference {
@@ -286,20 +279,20 @@ fn reference(measure: &Measure, key: &dyn Fn(&str) -> String) -> Check {
             let holds = value.is_finite() && value != 0.0;
             ensure!(
                 holds,
-                key("reference"),
+                "reference",
                 "must be finite and not 0; around 0 give a band [low, high], not {value:?}"
             );
             let cure = "a number needs a tolerance, as a part of it: tolerance = 0.02 is 2 %";
-            ensure!(measure.tolerance.is_some(), key("tolerance"), "is missing: {cure}");
+            ensure!(measure.tolerance.is_some(), "tolerance", "is missing: {cure}");
         }
         Some(Reference::Band([low, high])) => {
             let holds = low.is_finite() && high.is_finite() && low <= high;
             ensure!(
                 holds,
-                key("reference"),
+                "reference",
                 "a band is [low, high], both finite, not [{low:?}, {high:?}]"
             );
         }
     }
-    not_negative(&key("tolerance"), measure.tolerance, "a part of the reference")
+    not_negative("tolerance", measure.tolerance, "a part of the reference")
 }

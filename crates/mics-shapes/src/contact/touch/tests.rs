@@ -1,9 +1,9 @@
 //! Distances and patches of two parts, beside closed forms and beside each other.
 
 use super::*;
+use crate::Orientation;
 use crate::closest;
 use crate::contact::part::{Face, Polytope};
-use nalgebra::Rotation3;
 
 /// Numbers in [-1, 1), the same every time.
 struct Dice(u64);
@@ -22,7 +22,7 @@ impl Dice {
     fn pose(&mut self, flat: bool, away: f64) -> Pose {
         let turn = if flat { Vector3::z() * 3.0 * self.roll() } else { 3.0 * self.vector(false) };
         let place = away * self.vector(flat).normalize();
-        Pose { place, orientation: Rotation3::from_scaled_axis(turn) }
+        Pose { place, orientation: Orientation::from_scaled_axis(turn) }
     }
 }
 
@@ -163,7 +163,7 @@ fn overlap_changes_as_place_and_normal_say() {
                 let turn = if flat { Vector3::z() * dice.roll() } else { dice.vector(false) };
                 let (move_by, h) = (dice.vector(flat), 1e-8);
                 let moved = |h: f64| {
-                    let turned = Rotation3::from_scaled_axis(h * turn) * poses[0].orientation;
+                    let turned = Orientation::from_scaled_axis(h * turn) * poses[0].orientation;
                     let pose = Pose { place: poses[0].place + h * move_by, orientation: turned };
                     touch(a, &pose, b, &poses[1], &guess).unwrap().overlap
                 };
@@ -189,7 +189,7 @@ fn flat_patch_is_as_deep_as_its_corners() {
     let (small, large) = (cuboid([0.5, 0.5, 0.5], 0.02), cuboid([1.0, 1.0, 0.5], 0.02));
     let at = |x: f64, z: f64, turn: Vector3<f64>| Pose {
         place: Vector3::new(x, 0.0, z),
-        orientation: Rotation3::from_scaled_axis(turn),
+        orientation: Orientation::from_scaled_axis(turn),
     };
     let below = at(0.0, 0.0, Vector3::zeros());
     for (x, angle, corners) in
@@ -229,10 +229,10 @@ fn equal_boxes_stand_flush_on_each_other() {
             let quarter = if flat { Vector3::z() } else { Vector3::y() };
             let quarter = quarter * std::f64::consts::FRAC_PI_2 * f64::from(k % 4);
             let orientation =
-                Rotation3::from_scaled_axis(turn) * Rotation3::from_scaled_axis(quarter);
+                Orientation::from_scaled_axis(turn) * Orientation::from_scaled_axis(quarter);
             let below = Pose {
                 place: Vector3::new(0.1, 0.2, 0.3 * half[2]),
-                orientation: Rotation3::identity(),
+                orientation: Orientation::identity(),
             };
             let place = below.place + Vector3::new(x, 1.0 - depth, z);
             let above = Pose { place, orientation };

@@ -1,8 +1,8 @@
 //! Obstacles against known distances, areas and volumes.
 
 use super::*;
+use crate::Orientation;
 use crate::boxes::rows;
-use nalgebra::Rotation3;
 use std::f64::consts::{PI, TAU};
 
 fn room(size: [f64; 3], periodic: [bool; 3]) -> Room {
@@ -19,7 +19,7 @@ fn sums(obstacle: &Obstacle, n: [usize; 3]) -> (f64, Vector3<f64>) {
         _ => vec![0.0; 2],
     });
     let lattice =
-        Lattice { factor: 1.0, turn: Rotation3::identity(), planes: &planes, faces: None };
+        Lattice { factor: 1.0, orientation: Orientation::identity(), planes: &planes, faces: None };
     let whole = (0..d).map(|a| h[a]).product::<f64>();
     let mut all = 0.0;
     let mut first = Vector3::zeros();
@@ -386,8 +386,12 @@ fn bed_goes_on_beyond_a_closed_side() {
         let obstacle = Obstacle::outlines(&[bed], &own).unwrap();
         let along = |n: usize| (0..=n).map(|k| k as f64 - 0.5 * n as f64).collect::<Vec<f64>>();
         let planes = [along(4), vec![-1.5, -0.5, 0.5], vec![0.0; 2]];
-        let lattice =
-            Lattice { factor: 1.0, turn: Rotation3::identity(), planes: &planes, faces: None };
+        let lattice = Lattice {
+            factor: 1.0,
+            orientation: Orientation::identity(),
+            planes: &planes,
+            faces: None,
+        };
         let mut count = [0, 0];
         obstacle.tile(&lattice, &mut |tile| {
             let exact = [1.0, 0.1][tile.at[1]];

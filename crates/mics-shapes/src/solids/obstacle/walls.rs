@@ -10,8 +10,8 @@
 //! ```
 
 use super::{Face, Room};
-use crate::{Fault, Lattice, Tile};
-use nalgebra::{Rotation3, Vector3};
+use crate::{Fault, Lattice, Orientation, Tile};
+use nalgebra::Vector3;
 use std::cell::RefCell;
 
 /// Distance from a side (of the domain's size) within which a part of the surface lies on it.
@@ -195,7 +195,7 @@ pub fn within(
     origin: &Vector3<f64>,
     take: impl FnOnce(&[Vec<f64>; 3]),
 ) {
-    if lattice.factor != 1.0 || lattice.turn != Rotation3::identity() {
+    if lattice.factor != 1.0 || lattice.orientation != Orientation::identity() {
         return take(lattice.planes);
     }
     PLANES.with_borrow_mut(|all| {

@@ -1,14 +1,14 @@
 use super::*;
+use crate::Orientation;
 use crate::scatter::{counted, feet, lattice, scatter};
 use crate::surface::patches;
 use crate::{Obstacle, Room};
-use nalgebra::Rotation3;
 
 /// A box turned by a vector (rad).
 fn cuboid(half: Vector3<f64>, turn: Vector3<f64>) -> Vec<[Vector3<f64>; 3]> {
     let mut body = Convex::default();
     body.set_box(&Vector3::new(3.0, 1.0, -2.0), &[0, 1, 2].map(|a| Vector3::ith(a, half[a])));
-    let turn = Rotation3::from_scaled_axis(turn);
+    let turn = Orientation::from_scaled_axis(turn);
     Facets::new(&{
         body.shift(&Vector3::new(-3.0, -1.0, 2.0));
         body
@@ -36,7 +36,7 @@ fn cube_and_its_rounding_have_exact_volumes() {
         let body = Polyhedron::new(&mesh, 0.0).unwrap();
         assert!((body.volume / 0.48 - 1.0).abs() < 1e-12 && body.hull_excess.abs() < 1e-12);
         assert_eq!((body.face_count(), body.solid.corners().len()), (6, 8));
-        let own = Rotation3::from_scaled_axis(turn).inverse();
+        let own = Orientation::from_scaled_axis(turn).inverse();
         let inertia = own * body.inertia * own.transpose();
         let exact = 0.04 * Vector3::new(1.0, 1.36, 1.64);
         assert!((inertia - Matrix3::from_diagonal(&exact)).norm() < 1e-12, "{inertia}");

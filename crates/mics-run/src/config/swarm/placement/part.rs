@@ -83,7 +83,8 @@ fn bring_off_walls(taken: &mut Taken, body: usize, room: &[(f64, f64)]) -> f64 {
 /// Moves a place by a step within its room (m).
 fn shift(place: &mut [f64], step: Vector3<f64>, room: &[(f64, f64)], periods: &[Option<f64>]) {
     for (axis, x) in place.iter_mut().enumerate() {
-        let ((low, length), to) = (room[axis], *x + step[axis]);
+        let (low, length) = room[axis];
+        let to = *x + step[axis];
         *x = match periods[axis] {
             // The whole of a period: across its end.
             Some(period) if low == 0.0 && length == period => {
