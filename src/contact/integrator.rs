@@ -7,7 +7,7 @@ use super::law::Kinematics;
 use super::meeting::{Layout, Meeting};
 use super::outcome::Outcome;
 use super::pair::{Met, Pair};
-use super::pairs::{Pairs, together};
+use super::pairs::{Pairs, Way, together};
 use super::setup::Setup;
 use super::{Impulse, count, gaps, overlap, rolling};
 use crate::Result;
@@ -92,23 +92,8 @@ impl Integrator<'_> {
             }
         }
         for (p, pair) in list.iter_mut().enumerate() {
-            let next = together(pair, ways, |way| way.next);
-            if next < pair.seen.clear {
-                continue;
-            }
             let layout = Layout { setup, regions, states, bodies };
-            let meeting = layout.closest(pair, h);
-            let gone = together(pair, ways, |way| way.gone);
-            pair.seen.normal = meeting.normal;
-            if !pair.round {
-                pair.seen.met = Some(Met { meeting, age: -0.5 * h, gone });
-            }
-            if !meeting.touches(h) {
-                pair.springs.tangential = None;
-                pair.springs.rolling = Vector3::zeros();
-                pair.seen.clear = gone - meeting.overlap - 0.5 * (next - gone);
-                continue;
-            }
+            let Some(meeting) = look(&layout, pair, ways, h) else { continue };
             outcome.deepest = outcome.deepest.max(meeting.overlap);
             let force = press(&layout, p, pair, h, &meeting)?;
             if let Some(wall) = setup.wall(pair) {
@@ -259,6 +244,28 @@ fn press(
     whole.turns = [whole.turns[0] + torque, whole.turns[1] - torque];
     pair.sums.impulse += whole.times(h);
     Ok(ContactForce { pair: place, normal, whole, tangential, torque, kinematics, arms })
+}
+
+/// Where a pair touches in a substep of `h` (s), and takes note of it; `None` where the two do not.
+/// Such as are too far apart to have touched since they were looked at last are passed over.
+fn look(layout: &Layout, pair: &mut Pair, ways: &[Way], h: f64) -> Option<Meeting> {
+    let next = together(pair, ways, |way| way.next);
+    if next < pair.seen.clear {
+        return None;
+    }
+    let meeting = layout.closest(pair, h);
+    let gone = together(pair, ways, |way| way.gone);
+    pair.seen.normal = meeting.normal;
+    if !pair.round {
+        pair.seen.met = Some(Met { meeting, age: -0.5 * h, gone });
+    }
+    if meeting.touches(h) {
+        return Some(meeting);
+    }
+    pair.springs.tangential = None;
+    pair.springs.rolling = Vector3::zeros();
+    pair.seen.clear = gone - meeting.overlap - 0.5 * (next - gone);
+    None
 }
 
 /// How a pair meets after a substep, on the way of `h` (s) for which its fluid has not acted yet,

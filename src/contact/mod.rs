@@ -18,7 +18,7 @@
 //!
 //! In a fluid, m is the mass of a body and a part of its added mass, `m + c C_a` with
 //! `c = min(1.6, 0.4 + s/4)`: C_a is the added mass of a lone body and s its density over the
-//! fluid's. The fluid responds with its own inertia; `correction.rs` compares the two once in a
+//! fluid's. The fluid responds with its own inertia; `impulses.rs` compares the two once in a
 //! step, and bounds the work of the contacts.
 //!
 //! ```text
@@ -26,8 +26,9 @@
 //!     (   o----n--->()<-----o   )   slip = (v_i - v_j + w_i x r_i - w_j x r_j)_t
 //! ```
 //!
-//! [`Contacts`] holds the pairs, and what a step of them needs. [`Contacts::advance`] leaves what contacts did in the step, an [`Outcome`]; while the
-//! pressure is found, [`Contacts::impulses`] has the impulses of it to be corrected.
+//! [`Contacts::advance`] searches for pairs (`pairs.rs`), moves the bodies on in substeps
+//! (`integrator.rs`), and returns what contacts did, an [`Outcome`]. While the pressure is found,
+//! the impulses of the step are corrected (`impulses.rs`).
 //!
 //! A body that is not round has convex parts ([`mics_shapes::Part`]), each a contact of its own
 //! with every part near it, and with the walls ([`mics_shapes::touch`]); its orientation and its
