@@ -27,7 +27,7 @@ use crate::system::now;
 use crate::{Error, Result};
 pub use cost::Account;
 use cost::Cost;
-pub use export::{Exported, Moment, Wanted, system_of};
+pub use export::{BodiesInBox, Exported, Moment, Wanted, system_of};
 use kept::Kept;
 use measures::Measures;
 use origin::Origin;

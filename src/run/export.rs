@@ -48,19 +48,25 @@ pub struct Exported {
     pub spacing: Vec<f64>,
     /// What each factor of the system stands for, in words.
     pub factors: Vec<String>,
-    /// The least and the largest density of the bodies in the box, in parts of the fluid's; `None`
-    /// where there are none.
-    pub density_ratios: Option<(f64, f64)>,
-    /// Bodies in the box, and how many of them are free.
-    pub bodies: usize,
-    #[allow(missing_docs)]
-    pub free_bodies: usize,
+    /// The bodies in the box.
+    pub bodies: BodiesInBox,
     /// The solver of the run, its PETSc options, and PETSc's version.
     pub solver: String,
     #[allow(missing_docs)]
     pub options: String,
     #[allow(missing_docs)]
     pub petsc: String,
+}
+
+/// How many bodies a system has.
+#[derive(Clone, Copy, Debug)]
+pub struct BodiesInBox {
+    /// All of them.
+    pub count: usize,
+    /// Those that are free.
+    pub free: usize,
+    /// The least and the largest density, in parts of the fluid's; `None` where there are none.
+    pub density_ratios: Option<(f64, f64)>,
 }
 
 /// Runs the case of a request, as `mics run` does, to the solve that is wanted, and returns its
@@ -236,9 +242,11 @@ impl<const D: usize> Export<'_, D> {
             cells: domain.grid.cells.to_vec(),
             spacing: domain.grid.h.to_vec(),
             factors: factors.collect(),
-            density_ratios: (!bodies.is_empty()).then(|| (least, ratios.fold(0.0, f64::max))),
-            bodies: bodies.len(),
-            free_bodies: bodies.iter().filter(|body| body.freedom().is_some()).count(),
+            bodies: BodiesInBox {
+                count: bodies.len(),
+                free: bodies.iter().filter(|body| body.freedom().is_some()).count(),
+                density_ratios: (!bodies.is_empty()).then(|| (least, ratios.fold(0.0, f64::max))),
+            },
             solver: scene.solver()?,
             options: domain.session.options()?,
             petsc: domain.session.version(),

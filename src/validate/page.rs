@@ -42,7 +42,7 @@ pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> S
     let verdict = c.verdict();
     let verdict = if c.pass { verdict.to_owned() } else { format!("**{verdict}**") };
     let (reference, tolerance, steps, seconds) =
-        (c.reference, percent(c.tolerance), run.steps, run.wall_seconds);
+        (c.reference, percent(c.tolerance), run.steps, run.cost.wall_seconds);
     format!(
         "| {case} | {measure} | {value} | {reference} | {error} | {tolerance} | {verdict} | \
         {steps} | {seconds:.1} |"
