@@ -147,7 +147,7 @@ impl<const D: usize> Domain<D> {
                 .filter(|f| beta[*f] != whole)
                 .map(|f| (f, whole - beta[f]));
             let faces = less.chain(carried.map(|(face, part, _)| (face, -part)));
-            self.projection.set_held((axis, grid.h[axis]), faces, -1.0 / (cells * inverse_mass))?;
+            self.projection.set_held(axis, grid.h[axis], faces, -1.0 / (cells * inverse_mass))?;
         }
         Ok(inverse_mass)
     }

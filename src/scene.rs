@@ -262,7 +262,7 @@ impl<const D: usize> Scene<D> {
             Err(failed) => Err(failed),
             Ok(projected) => {
                 let diagnostics::Energies { all_cells, inside, largest_speed } = self.energies()?;
-                self.state.energy.drive += 0.5
+                self.state.energy.work.drive += 0.5
                     * dt
                     * (power
                         + energy::power_of_forces(&self.domain, &self.state.u, &*self.method)?);

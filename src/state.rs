@@ -14,7 +14,7 @@ use crate::contact::Touching;
 use crate::grid::{Grid, VectorField};
 use crate::particles::Body;
 pub use balance::{Balance, Impulses};
-pub use energy::EnergyBudget;
+pub use energy::{EnergyBudget, EnergyLosses, SuppliedWork};
 pub use exchange::Exchange;
 use nalgebra::Vector3;
 pub use support::MeanContactForce;

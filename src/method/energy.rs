@@ -76,10 +76,11 @@ pub fn start<const D: usize>(
     s.energy =
         EnergyBudget { fluid, bodies: of_bodies(&s.bodies), springs, ..EnergyBudget::default() };
     s.energy.start = s.energy.total();
-    s.energy.driven = domain.driving_power(s)?;
+    s.energy.powers.drive = domain.driving_power(s)?;
     // The pressure at the start is no sample.
     let Powers { shear, dissipated, .. } = Powers::of(domain, s, method, true)?;
-    (s.energy.given, s.energy.dissipated) = (shear, dissipated);
+    s.energy.powers.boundaries = shear;
+    s.energy.powers.dissipated = dissipated;
     Ok(())
 }
 
@@ -109,9 +110,9 @@ pub fn reopen<const D: usize>(
     s.energy.fluid = of_fluid(domain, &s.u, method)?;
     s.energy.bodies = of_bodies(&s.bodies);
     s.energy.springs = find_springs(method, s);
-    s.energy.boundaries += s.energy.total() - before;
+    s.energy.work.boundaries += s.energy.total() - before;
     // What viscosity takes from now on says nothing about the steps before.
-    s.energy.since = 0.0;
+    s.energy.powers.since = 0.0;
     Ok(())
 }
 
@@ -136,22 +137,18 @@ pub fn close<const D: usize>(
         Coefficient::Field(_) => of_fluid(domain, &s.u, method)?,
     };
     e.bodies = of_bodies(&s.bodies);
-    e.gravity += worked.gravity;
+    e.work.gravity += worked.gravity;
     let driven = domain.driving_power(s)?;
-    e.drive += 0.5 * s.dt * (e.driven + driven);
-    e.driven = driven;
-    e.boundaries += walls;
-    e.prescribed += worked.prescribed;
-    e.friction += slid;
-    e.contacts += walls - worked.contacts - (springs - e.springs) - slid;
+    e.work.drive += 0.5 * s.dt * (e.powers.drive + driven);
+    e.powers.drive = driven;
+    e.work.boundaries += walls;
+    e.work.prescribed += worked.prescribed;
+    e.losses.friction += slid;
+    e.losses.contacts += walls - worked.contacts - (springs - e.springs) - slid;
     e.springs = springs;
-    let [was, is] = [s.energy, e].map(|e| e.fluid + e.bodies);
+    let [was, is] = [s.energy, e].map(|e| e.kinetic());
     sample(domain, s, method, (is - was).abs() > FAST * is.max(was), &mut e)?;
-    e.method = e.start + e.gravity + e.drive + e.boundaries + e.prescribed
-        - e.viscous
-        - e.contacts
-        - e.friction
-        - e.total();
+    e.losses.method = e.missing();
     e.take_note();
     s.energy = e;
     Ok(())
@@ -168,23 +165,25 @@ fn sample<const D: usize>(
     e: &mut EnergyBudget,
 ) -> Result<()> {
     let due = fast || s.steps <= SAMPLED_EVERY || s.steps.is_multiple_of(SAMPLED_EVERY);
-    e.since += s.dt;
-    e.viscous += s.dt * e.dissipated;
+    e.powers.since += s.dt;
+    e.losses.viscous += s.dt * e.powers.dissipated;
     if !due && !domain.sides_work {
         return Ok(());
     }
     let Powers { flow, shear, dissipated } = Powers::of(domain, s, method, due)?;
-    e.boundaries += 0.5 * s.dt * (e.given + flow + shear);
+    e.work.boundaries += 0.5 * s.dt * (e.powers.boundaries + flow + shear);
     let first = s.steps <= 1;
     if first {
-        e.boundaries += 0.5 * s.dt * flow;
+        e.work.boundaries += 0.5 * s.dt * flow;
     }
-    e.given = flow + shear;
+    e.powers.boundaries = flow + shear;
     if due {
+        let before = e.powers.dissipated;
         // A sheet beside a body that is set off is gone at once.
-        let was = if first { e.dissipated.min(dissipated) } else { e.dissipated };
-        e.viscous += e.since * (0.5 * (was + dissipated) - e.dissipated);
-        (e.dissipated, e.since) = (dissipated, 0.0);
+        let was = if first { before.min(dissipated) } else { before };
+        e.losses.viscous += e.powers.since * (0.5 * (was + dissipated) - before);
+        e.powers.dissipated = dissipated;
+        e.powers.since = 0.0;
     }
     Ok(())
 }

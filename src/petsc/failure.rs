@@ -1,5 +1,6 @@
 //! PETSc's failures, in its own words: a handler keeps the message, and a code becomes an error.
 
+use super::krylov::Ended;
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::ffi::{CStr, c_char, c_int, c_void};
@@ -66,4 +67,53 @@ pub(super) fn reason_name(reason: ffi::KSPConvergedReason) -> String {
             CStr::from_ptr(name).to_string_lossy().into_owned()
         }
     }
+}
+
+/// PETSc's `KSP_DIVERGED_ITS`: more iterations than `-ksp_max_it` allows.
+const TOO_MANY: i32 = -3;
+
+/// How to see why a solve fails.
+const LOOK: &str = "look at it with `-- -ksp_monitor_true_residual -ksp_converged_reason`";
+
+/// PETSc's `KSP_DIVERGED_NANORINF`: a number that is infinite or none.
+pub(super) const OVERFLOWN: i32 = -9;
+
+/// The failure of a solve that met a number that is infinite or none: another method cures that
+/// where the user chose this one, else no solver does.
+pub(super) fn overflown(method: Option<String>) -> Error {
+    let broke_down = method.map_or(String::new(), |method| {
+        format!("the method broke down (take another -ksp_type than {method}, such as cg), or ")
+    });
+    Error::Run(format!(
+        "the pressure solve met a number that is infinite or none: {broke_down}a density, a \
+        viscosity, a length or a velocity of the case is too large or too small for double \
+        precision, or the flow has grown beyond it; look at their exponents and units"
+    ))
+}
+
+/// The failure of a solve with a preconditioner of our own, for PETSc's reason.
+pub(super) fn failed_once(ended: Ended, rtol: f64) -> Error {
+    let Ended { reason, iterations } = ended;
+    Error::Run(format!(
+        "the pressure solve failed: {} after {iterations} iterations (relative tolerance \
+        {rtol:.1e}); {LOOK}, try another solver (pressure.solver = \"bcgs-boomeramg\", or `-- \
+        -ksp_type cg -pc_type gamg`), or relax pressure.divergence_limit",
+        reason_name(reason),
+    ))
+}
+
+/// The failure of two solves, for PETSc's reasons after so many iterations each.
+pub(super) fn failed_twice(first: Ended, second: Ended, rtol: f64) -> Error {
+    let too_many = second.reason == TOO_MANY;
+    Error::Run(format!(
+        "the pressure solve failed twice: {} after {} iterations, then, from zero with a \
+        rebuilt preconditioner, {} after {} (relative tolerance {rtol:.1e}); {LOOK}, {}take \
+        the default solver (pressure.solver = \"auto\", without -ksp_type and -pc_type), or relax \
+        pressure.divergence_limit",
+        reason_name(first.reason),
+        first.iterations,
+        reason_name(second.reason),
+        second.iterations,
+        if too_many { "allow more iterations (`-- -ksp_max_it 5000`), " } else { "" },
+    ))
 }

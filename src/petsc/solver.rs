@@ -1,61 +1,46 @@
 //! The linear solve: an operator of our own, a Krylov method and a preconditioner that PETSc's
-//! options choose, and, for the preconditioners that need one, the operator's matrix, its values
-//! refilled straight into PETSc's storage.
+//! options choose, and, for the preconditioners that need one, the operator's matrix.
+//!
+//! ```text
+//!   solve:  an older preconditioner, if it is worth a try  ->  one of this matrix
+//!                                       -> anew, from zero  ->  failure, with both reasons
+//! ```
 
 use super::Session;
 use super::choice::{
-    Choice, bad_option, default_options, number, refuse_empty_views, refuse_what_ends_the_program,
-    relative_tolerance, writes_numbers,
+    Choice, default_options, refuse_empty_views, refuse_what_ends_the_program, writes_numbers,
 };
-use super::failure::check;
+use super::failure::{OVERFLOWN, failed_once, failed_twice, overflown};
 use super::history::{History, System};
+use super::krylov::{Ended, Krylov};
 use super::layout::Layout;
+use super::matrix::{Constants, Matrix};
 use super::operator::{BOXMG, Operator, Shell};
 use super::reuse::Reuse;
-use super::structured::Structured;
-use super::vector::{Pattern, read, write};
+use super::vector::{Pattern, Vectors};
 use crate::{Error, Result};
-use petsc_sys as ffi;
 use std::cell::RefCell;
-use std::ptr;
 use std::rc::Rc;
 
-/// A linear system over the owned cells of every rank, and its solver.
+/// A linear system over the owned cells of every rank, and its solver. PETSc's objects are
+/// destroyed in the order of the fields: whoever uses another one goes first.
 pub struct LinearSolver {
-    pub(super) operator: Shell,
-    /// Whether the operator's own preconditioner is in use.
-    pub(super) own: bool,
-    /// What the preconditioner is built from, where it is none of the operator's own; else null.
-    pub(super) matrix: ffi::Mat,
-    /// Where its entries go, in hypre's structured form.
-    pub(super) structured: Option<Structured>,
-    pub(super) krylov: ffi::KSP,
-    pub(super) null_space: ffi::MatNullSpace,
-    pub(super) right_side: ffi::Vec,
-    pub(super) solution: ffi::Vec,
-    pub(super) owned: usize,
-    /// The user's `-ksp_rtol`, which wins over the caller's.
-    pub(super) fixed_rtol: Option<f64>,
-    /// The user's `-ksp_atol` likewise.
-    pub(super) fixed_atol: Option<f64>,
-    /// Whether the method tests the true residual, for which alone the caller's absolute tolerance
-    /// is meant.
-    pub(super) tests_true_residual: bool,
-    /// Whether a solve has come through: what PETSc refuses before that, an option asked for.
-    pub(super) proven: bool,
-    pub(super) max_iterations: i32,
-    pub(super) divergence_tolerance: f64,
-    pub(super) reuse: Reuse,
+    krylov: Krylov,
+    vectors: Vectors,
+    /// The constants, of a singular system.
+    constants: Option<Constants>,
+    /// What the preconditioner is built from, where it is none of the operator's own.
+    matrix: Option<Matrix>,
+    operator: Shell,
     /// Whether the Krylov method's operator is another than the matrix.
-    pub(super) differs: bool,
-    /// Whether there is no iteration, but one application of the preconditioner.
-    pub(super) preconditioner_alone: bool,
-    /// Whether the user has the operator written as a matrix.
-    pub(super) writes_operator: bool,
+    differs: bool,
+    reuse: Reuse,
+    /// Why terms of low rank are refused, where they are.
+    refusal: Option<&'static str>,
     /// The residuals of its solves, where they are asked for.
-    pub(super) history: History,
+    history: History,
     /// The last field: PETSc ends no earlier than what it holds.
-    pub(super) session: Session,
+    session: Session,
 }
 
 /// What a solve took.
@@ -94,128 +79,52 @@ impl LinearSolver {
             operator.borrow().accept()?;
         }
         refuse_empty_views(session, own, singular)?;
-        let mut solver = LinearSolver {
-            operator: Shell::new(session, operator, owned)?,
-            own,
-            matrix: ptr::null_mut(),
-            structured: None,
-            krylov: ptr::null_mut(),
-            null_space: ptr::null_mut(),
-            right_side: ptr::null_mut(),
-            solution: ptr::null_mut(),
-            owned,
-            fixed_rtol: relative_tolerance(session)?,
-            fixed_atol: number(session, "-ksp_atol")?,
-            tests_true_residual: false,
-            proven: false,
-            max_iterations: 0,
-            divergence_tolerance: 0.0,
-            reuse: match own {
-                true => Reuse::default(),
-                false => Reuse::by_options(session, choice == Choice::BcgsBoomeramg && !chosen)?,
-            },
-            differs: true,
-            preconditioner_alone: session.option("-ksp_type")?.as_deref() == Some("preonly"),
-            writes_operator: writes_numbers(session, "-ksp_view_mat")?,
-            history: History::default(),
-            session: session.clone(),
+        let mut operator = Shell::new(session, operator, owned)?;
+        let reuse = match own {
+            true => Reuse::default(),
+            false => Reuse::by_options(session, choice == Choice::BcgsBoomeramg && !chosen)?,
         };
-        if singular {
-            let space = &mut solver.null_space;
-            // SAFETY: an output that `solver` owns from then on and destroys when dropped.
-            check("MatNullSpaceCreate", unsafe {
-                ffi::MatNullSpaceCreate(session.comm(), ffi::PETSC_TRUE, 0, ptr::null(), space)
-            })?;
-        }
-        if !own {
-            solver.make_matrix(layout, pattern())?;
-        }
-        solver.make_krylov(layout)?;
-        Ok(solver)
-    }
-
-    /// Makes the matrix that the preconditioner is built from, with the entries of a pattern.
-    fn make_matrix(&mut self, layout: &Layout, pattern: Pattern) -> Result<()> {
-        if let Some("pfmg" | "smg") = self.session.option("-pc_type")?.as_deref() {
-            let structured = Structured::new(&self.session, layout, &pattern)?;
-            self.matrix = structured.matrix;
-            self.structured = Some(structured);
-            return Ok(());
-        }
-        let Pattern { mut rows, mut columns, .. } = pattern;
-        let n = self.owned as i32;
-        let any = -1;
-        let count = rows.len() as ffi::PetscCount;
-        // SAFETY: the handle is an output that `self` owns from then on and destroys when dropped,
-        // also when a later call fails; `rows` and `columns` live through the call that reads (and
-        // may reorder) them.
-        unsafe {
-            check("MatCreate", ffi::MatCreate(self.session.comm(), &mut self.matrix))?;
-            check("MatSetSizes", ffi::MatSetSizes(self.matrix, n, n, any, any))?;
-            check("MatSetType", ffi::MatSetType(self.matrix, c"aij".as_ptr()))?;
-            let i = rows.as_mut_ptr();
-            let j = columns.as_mut_ptr();
-            check("MatSetPreallocationCOO", ffi::MatSetPreallocationCOO(self.matrix, count, i, j))?;
-            check(
-                "MatSetOption",
-                ffi::MatSetOption(self.matrix, ffi::MAT_SYMMETRIC, ffi::PETSC_TRUE),
-            )?;
-            self.operator.go_with(&self.session, self.matrix)?;
-            self.operator.multiply_by(self.matrix);
-            // Our own preconditioners keep constants out by themselves.
-            if !self.null_space.is_null() {
-                for matrix in [self.matrix, self.operator.matrix] {
-                    check("MatSetNullSpace", ffi::MatSetNullSpace(matrix, self.null_space))?;
+        let constants = singular.then(|| Constants::new(session)).transpose()?;
+        let matrix = (!own).then(|| Matrix::new(session, layout, pattern())).transpose()?;
+        if let Some(matrix) = matrix.as_ref().filter(|matrix| matrix.multiplies()) {
+            // SAFETY: both matrices are alive; the solver made below destroys this one before the
+            // shell, and multiplies only before that.
+            unsafe {
+                operator.go_with(session, matrix.handle)?;
+                operator.multiply_by(matrix.handle);
+                // Our own preconditioners keep constants out by themselves.
+                if let Some(constants) = &constants {
+                    constants.give_to(matrix.handle)?;
+                    constants.give_to(operator.matrix)?;
                 }
             }
         }
-        Ok(())
-    }
-
-    /// Makes the vectors and the Krylov solver, as the options say.
-    fn make_krylov(&mut self, layout: &Layout) -> Result<()> {
-        let on_grid = self.session.option("-pc_type")?.as_deref() == Some("mg");
-        let grid = on_grid.then(|| layout.cell_grid(&self.session)).transpose()?;
-        // SAFETY: as for the matrix.
-        unsafe {
-            let x = &mut self.solution;
-            let b = &mut self.right_side;
-            check("MatCreateVecs", ffi::MatCreateVecs(self.operator.matrix, x, b))?;
-            check("KSPCreate", ffi::KSPCreate(self.session.comm(), &mut self.krylov))?;
-            self.set_operators()?;
-            if let Some(grid) = &grid {
-                check("KSPSetDM", ffi::KSPSetDM(self.krylov, grid.dm))?;
-                // It coarsens the grid, and makes no operator.
-                let active = ffi::PETSC_FALSE;
-                check("KSPSetDMActive", ffi::KSPSetDMActive(self.krylov, active))?;
-            }
-            check("KSPSetFromOptions", ffi::KSPSetFromOptions(self.krylov)).map_err(bad_option)?;
-            let mut norm = 0;
-            check("KSPGetNormType", ffi::KSPGetNormType(self.krylov, &mut norm))
-                .map_err(bad_option)?;
-            self.tests_true_residual = norm == ffi::KSP_NORM_UNPRECONDITIONED;
-            let mut r = 0.0;
-            let mut a = 0.0;
-            let d = &mut self.divergence_tolerance;
-            let m = &mut self.max_iterations;
-            check("KSPGetTolerances", ffi::KSPGetTolerances(self.krylov, &mut r, &mut a, d, m))
-        }
+        let from = matrix.as_ref().map_or(operator.matrix, |matrix| matrix.handle);
+        // SAFETY: the solver made below destroys these two before the matrices.
+        let (vectors, krylov) = unsafe {
+            let vectors = Vectors::new(operator.matrix, owned)?;
+            (vectors, Krylov::new(session, layout, operator.matrix, from)?)
+        };
+        Ok(LinearSolver {
+            krylov,
+            vectors,
+            constants,
+            matrix,
+            operator,
+            differs: true,
+            reuse,
+            refusal: refusal_of_low_rank(session)?,
+            history: History::default(),
+            session: session.clone(),
+        })
     }
 
     /// The matrix's new values, in the order of the pattern; the preconditioner follows at the next
     /// solve.
     pub fn set_values(&mut self, values: &[f64]) -> Result<()> {
-        if self.matrix.is_null() {
-            return Ok(());
-        }
+        let Some(matrix) = &self.matrix else { return Ok(()) };
         self.reuse.outdate();
-        if let Some(structured) = &self.structured {
-            return structured.set_values(values);
-        }
-        // SAFETY: `values` has the pattern's length, which the caller made.
-        check("MatSetValuesCOO", unsafe {
-            ffi::MatSetValuesCOO(self.matrix, values.as_ptr(), ffi::INSERT_VALUES)
-        })
+        matrix.set_values(values)
     }
 
     /// Refuses what knows nothing of terms of low rank: the preconditioner alone, and the matrix.
@@ -223,48 +132,23 @@ impl LinearSolver {
     /// # Errors
     /// When the method is `preonly`, or `-ksp_view_mat` is to write the matrix.
     pub fn refuse_without_low_rank(&self) -> Result<()> {
-        if self.writes_operator {
-            return Err(Error::Usage(
-                "PETSc option -ksp_view_mat: the operator holds the motion of free bodies (or a \
-                held mean velocity), which is in no matrix here; `mics export-system` writes the \
-                whole, and -ksp_view_pmat the matrix of the fluid"
-                    .into(),
-            ));
-        }
-        if self.preconditioner_alone {
-            return Err(Error::Usage(
-                "-ksp_type preonly solves with the preconditioner alone, which knows nothing of \
-                the motion of free bodies; use cg, bcgs or gmres"
-                    .into(),
-            ));
-        }
-        Ok(())
-    }
-
-    /// Whether the matrix can be the operator, as long as this is no other.
-    pub(super) fn is_assembled(&self) -> bool {
-        !self.matrix.is_null() && self.structured.is_none()
-    }
-
-    /// Tells the Krylov solver what to solve for, and what to build the preconditioner from.
-    pub(super) fn set_operators(&mut self) -> Result<()> {
-        let from = if self.matrix.is_null() { self.operator.matrix } else { self.matrix };
-        let whole = self.is_assembled() && !self.differs;
-        let operator = if whole { self.matrix } else { self.operator.matrix };
-        // SAFETY: handles of `self`.
-        check("KSPSetOperators", unsafe { ffi::KSPSetOperators(self.krylov, operator, from) })
+        self.refusal.map_or(Ok(()), |why| Err(Error::Usage(why.into())))
     }
 
     /// Lets `fill` write the right side: this rank's cells, x fastest.
     pub fn set_right_side(&mut self, fill: impl FnOnce(&mut [f64])) -> Result<()> {
-        // SAFETY: made in `new` with `owned` entries here; `fill` cannot reach it otherwise.
-        unsafe { write(self.right_side, self.owned, fill) }
+        self.vectors.set_right_side(fill)
     }
 
     /// Hands the solution to `take`: this rank's cells, x fastest.
     pub fn solution<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
-        // SAFETY: as for the right side.
-        unsafe { read(self.solution, self.owned, take) }
+        self.vectors.take_solution(take)
+    }
+
+    /// Hands the right side to `take`, after a solve without its mean where constants solve the
+    /// homogeneous system.
+    pub fn right_side<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
+        self.vectors.take_right_side(take)
     }
 
     /// Forgets the history of its solves, and says whether the next ones are recorded.
@@ -277,39 +161,22 @@ impl LinearSolver {
         &self.history
     }
 
-    /// What its history is taken from.
-    pub(super) fn system(&self) -> System {
-        System {
-            krylov: self.krylov,
-            operator: self.operator.matrix,
-            right_side: self.right_side,
-            solution: self.solution,
-        }
-    }
-
-    /// Hands the right side to `take`, after a solve without its mean where constants solve the
-    /// homogeneous system.
-    pub fn right_side<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
-        // SAFETY: as for the solution.
-        unsafe { read(self.right_side, self.owned, take) }
-    }
-
     /// Whether the user fixed the relative tolerance by `-ksp_rtol`.
     pub fn fixed_rtol(&self) -> Option<f64> {
-        self.fixed_rtol
+        self.krylov.fixed_rtol
     }
 
     /// The absolute tolerance of a solve that is asked for this one: the user's, or none where the
     /// method does not test the true residual.
     pub fn absolute_tolerance(&self, asked: f64) -> f64 {
-        self.fixed_atol.unwrap_or(if self.tests_true_residual { asked } else { 0.0 })
+        self.krylov.absolute_tolerance(asked)
     }
 
     /// The method and the preconditioner in use, as `bcgs + hypre`, with when a
     /// preconditioner that serves several matrices is set up.
     pub fn describe(&self) -> Result<String> {
         let name = |n: &str| Ok::<_, Error>(self.session.option(n)?.unwrap_or_else(|| "?".into()));
-        let reuses = !self.own && self.reuse.reuses();
+        let reuses = self.matrix.is_some() && self.reuse.reuses();
         let lag = if reuses { format!(", {}", self.reuse.words()) } else { String::new() };
         Ok(format!("{} + {}{lag}", name("-ksp_type")?, name("-pc_type")?))
     }
@@ -318,18 +185,162 @@ impl LinearSolver {
     pub fn chosen_by_options(&self) -> Result<bool> {
         Ok(self.session.user_option("-ksp_type")? || self.session.user_option("-pc_type")?)
     }
-}
 
-impl Drop for LinearSolver {
-    fn drop(&mut self) {
-        // SAFETY: each handle is null (PETSc then does nothing) or ours; `session` outlives them
-        // all.
-        unsafe {
-            ffi::KSPDestroy(&mut self.krylov);
-            ffi::VecDestroy(&mut self.right_side);
-            ffi::VecDestroy(&mut self.solution);
-            ffi::MatNullSpaceDestroy(&mut self.null_space);
-            ffi::MatDestroy(&mut self.matrix);
+    /// Tells the Krylov solver what to solve for, and what to build the preconditioner from.
+    fn set_operators(&mut self) -> Result<()> {
+        let shell = self.operator.matrix;
+        let from = self.matrix.as_ref().map_or(shell, |matrix| matrix.handle);
+        // The matrix can be the operator as long as this is no other.
+        let whole = self.multiplies() && !self.differs;
+        // SAFETY: both are of `self`, which destroys the Krylov solver first.
+        unsafe { self.krylov.set_operators(if whole { from } else { shell }, from) }
+    }
+
+    /// Whether products may be taken with a matrix.
+    fn multiplies(&self) -> bool {
+        self.matrix.as_ref().is_some_and(Matrix::multiplies)
+    }
+
+    /// Solves, from zero unless an option says otherwise, until the true residual is below `rtol`
+    /// times the right side's norm, or below `atol` (2-norms; a method that knows another norm only
+    /// goes by `rtol` in that). A solve that fails is repeated once, from zero, with a rebuilt
+    /// preconditioner, unless that is the operator's own, which would be the same again.
+    /// Collective.
+    ///
+    /// # Errors
+    /// When the last try fails, with PETSc's reason for each.
+    pub fn solve(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
+        let before = self.setups()?;
+        self.choose_operator()?;
+        let solved = self.solve_or_retry(rtol, atol)?;
+        Ok(Solved { setups: self.setups()? - before, ..solved })
+    }
+
+    /// The method, where the user chose it.
+    fn chosen_method(&self) -> Result<Option<String>> {
+        let chosen = self.session.user_option("-ksp_type")?;
+        if chosen { self.session.option("-ksp_type") } else { Ok(None) }
+    }
+
+    /// How often the preconditioner was set up so far.
+    fn setups(&self) -> Result<u32> {
+        match self.matrix {
+            None => self.operator.setups(),
+            Some(_) => Ok(self.reuse.setups),
         }
     }
+
+    /// Lets the matrix be the operator as long as that is all.
+    fn choose_operator(&mut self) -> Result<()> {
+        let differs = self.operator.differs_from_matrix()?;
+        if self.multiplies() && std::mem::replace(&mut self.differs, differs) != differs {
+            self.set_operators()?;
+        }
+        Ok(())
+    }
+
+    fn solve_or_retry(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
+        if let Some(constants) = &self.constants {
+            // SAFETY: a vector of `self`.
+            unsafe { constants.remove_from(self.vectors.right_side)? };
+        }
+        let atol = self.absolute_tolerance(atol);
+        let (done, spent) = self.attempt_with_old_preconditioner(rtol, atol)?;
+        if done {
+            return Ok(Solved { iterations: spent, ..Solved::default() });
+        }
+        self.prepare(rtol, atol, false, self.krylov.max_iterations)?;
+        let first = self.attempt()?;
+        if first.reason > 0 {
+            self.reuse.judge(first.iterations, rtol);
+            return Ok(Solved { iterations: spent + first.iterations, ..Solved::default() });
+        }
+        if self.matrix.is_none() {
+            return Err(match first.reason {
+                OVERFLOWN => overflown(self.chosen_method()?),
+                _ => failed_once(first, rtol),
+            });
+        }
+        self.krylov.forget_preconditioner()?;
+        self.set_operators()?;
+        self.reuse.build();
+        // With `-ksp_initial_guess_nonzero` a failed attempt's result would be the next one's
+        // guess.
+        self.vectors.forget_solution()?;
+        let second = self.attempt()?;
+        if second.reason > 0 {
+            self.reuse.judge(second.iterations, rtol);
+            let iterations = spent + first.iterations + second.iterations;
+            return Ok(Solved { iterations, retried: true, ..Solved::default() });
+        }
+        Err(match [first.reason, second.reason] {
+            [OVERFLOWN, OVERFLOWN] => overflown(self.chosen_method()?),
+            _ => failed_twice(first, second, rtol),
+        })
+    }
+
+    /// Solves with the preconditioner of an older matrix, where that is worth a try. Returns
+    /// whether it is solved, and the iterations.
+    fn attempt_with_old_preconditioner(&mut self, rtol: f64, atol: f64) -> Result<(bool, u32)> {
+        let reuse = self.reuse;
+        if !reuse.is_stale() {
+            return Ok((false, 0));
+        }
+        let mut spent = 0;
+        if reuse.keeps() {
+            self.prepare(rtol, atol, true, reuse.patience(rtol).min(self.krylov.max_iterations))?;
+            let Ended { reason, iterations } = self.attempt()?;
+            if reason > 0 {
+                self.reuse.judge(iterations, rtol);
+                return Ok((true, iterations));
+            }
+            spent = iterations;
+            self.reuse.fail();
+            self.vectors.forget_solution()?;
+        }
+        self.reuse.build();
+        Ok((false, spent))
+    }
+
+    /// Says how far the next attempt goes, and whether it goes on with a preconditioner of another
+    /// matrix.
+    fn prepare(&mut self, rtol: f64, atol: f64, keep: bool, iterations: i32) -> Result<()> {
+        self.krylov.set_tolerances(rtol, atol, iterations)?;
+        if self.reuse.reuses() { self.krylov.keep_preconditioner(keep) } else { Ok(()) }
+    }
+
+    fn attempt(&mut self) -> Result<Ended> {
+        let system = System {
+            krylov: self.krylov.handle,
+            operator: self.operator.matrix,
+            right_side: self.vectors.right_side,
+            solution: self.vectors.solution,
+        };
+        self.history.begin(system)?;
+        let solved = self.krylov.solve(&mut self.vectors);
+        let ended = solved.map_err(|e| self.operator.take_failure().unwrap_or(e))?;
+        if let Some(constants) = &self.constants {
+            // Whatever constant the solver left: the solution has a mean of zero.
+            // SAFETY: a vector of `self`.
+            unsafe { constants.remove_from(system.solution)? };
+        }
+        self.history.end(system, ended.iterations)?;
+        Ok(ended)
+    }
+}
+
+/// Why terms of low rank cannot be solved for by the options, where they cannot.
+fn refusal_of_low_rank(session: &Session) -> Result<Option<&'static str>> {
+    if writes_numbers(session, "-ksp_view_mat")? {
+        return Ok(Some(
+            "PETSc option -ksp_view_mat: the operator holds the motion of free bodies (or a held \
+            mean velocity), which is in no matrix here; `mics export-system` writes the whole, and \
+            -ksp_view_pmat the matrix of the fluid",
+        ));
+    }
+    let alone = session.option("-ksp_type")?.as_deref() == Some("preonly");
+    Ok(alone.then_some(
+        "-ksp_type preonly solves with the preconditioner alone, which knows nothing of the motion \
+        of free bodies; use cg, bcgs or gmres",
+    ))
 }

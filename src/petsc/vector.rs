@@ -1,4 +1,5 @@
-//! This rank's entries of a PETSc vector, lent for the length of a call.
+//! This rank's entries of a PETSc vector, lent for the length of a call, and the vectors of a
+//! system.
 
 use super::failure::check;
 use crate::Result;
@@ -41,6 +42,62 @@ pub(super) unsafe fn write<T>(
         let filled = fill(if len == 0 { &mut [] } else { slice::from_raw_parts_mut(data, len) });
         check("VecRestoreArray", ffi::VecRestoreArray(vector, &mut data))?;
         Ok(filled)
+    }
+}
+
+/// The right side and the solution of a system, with so many entries here.
+pub(super) struct Vectors {
+    pub right_side: ffi::Vec,
+    pub solution: ffi::Vec,
+    owned: usize,
+}
+
+impl Vectors {
+    /// The vectors that an operator of `owned` rows here takes. Collective.
+    ///
+    /// # Safety
+    /// The operator is alive.
+    pub unsafe fn new(operator: ffi::Mat, owned: usize) -> Result<Vectors> {
+        let mut made = Vectors { right_side: ptr::null_mut(), solution: ptr::null_mut(), owned };
+        let x = &mut made.solution;
+        let b = &mut made.right_side;
+        // SAFETY: outputs that `made` owns from then on and destroys when dropped.
+        check("MatCreateVecs", unsafe { ffi::MatCreateVecs(operator, x, b) })?;
+        Ok(made)
+    }
+
+    /// Lets `fill` write the right side: this rank's cells, x fastest.
+    pub fn set_right_side(&mut self, fill: impl FnOnce(&mut [f64])) -> Result<()> {
+        // SAFETY: made in `new` with `owned` entries here; `fill` cannot reach it otherwise.
+        unsafe { write(self.right_side, self.owned, fill) }
+    }
+
+    /// Hands the right side to `take`.
+    pub fn take_right_side<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
+        // SAFETY: as above.
+        unsafe { read(self.right_side, self.owned, take) }
+    }
+
+    /// Hands the solution to `take`.
+    pub fn take_solution<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
+        // SAFETY: as above.
+        unsafe { read(self.solution, self.owned, take) }
+    }
+
+    /// Sets the solution to zero.
+    pub fn forget_solution(&mut self) -> Result<()> {
+        // SAFETY: a handle made in `new`.
+        check("VecSet", unsafe { ffi::VecSet(self.solution, 0.0) })
+    }
+}
+
+impl Drop for Vectors {
+    fn drop(&mut self) {
+        // SAFETY: each handle is null (PETSc then does nothing) or ours.
+        unsafe {
+            ffi::VecDestroy(&mut self.right_side);
+            ffi::VecDestroy(&mut self.solution);
+        }
     }
 }
 

@@ -10,23 +10,25 @@
 //!                                bodies that lie on several
 //!   y  += sum_k (w_k s_k) j_k
 //! ```
-//! In the multigrid they take part on the levels that resolve them (`smoothing`), with `j` summed
-//! over coarse cells (`surface`).
+//! In the multigrid they take part on the levels that resolve them, with `j` summed over coarse
+//! cells (`surface`); coarser levels see a mixture in their place: faces conduct, where a body
+//! covers them, as a fluid of its density.
 
 mod by_row;
+mod groups;
 mod shared;
-mod smoothing;
 mod surface;
 
-use super::lattice::Lattice;
+use super::frame::Frame;
+use super::level::{Level, Single};
 use super::system::{Factor, Origin};
 use crate::petsc::Session;
 use crate::sharing::Sharing;
 use crate::{Error, Result};
 use by_row::ByRow;
+use groups::Groups;
 use shared::Shared;
-use std::f64::consts::PI;
-use surface::{Face, SurfaceCells};
+use surface::{Face, Smooth, SurfaceCells};
 
 /// A face that a free body covers, in part or whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,28 +45,32 @@ pub struct ModeFace {
     pub part: f64,
 }
 
-/// All bodies, as far as they lie on this rank. Their modes come in groups: a body's motion along
-/// the axes; then, of those that pressure turns, its turning.
+/// The fluid's density over a body's, times the cells across it, from which on the multigrid takes
+/// bodies in, which costs it time: the more of them, the smaller they are.
+const LIGHT: f64 = 4.5;
+
+/// The best conductor, relative to the fluid, that a coarse level knows: what light bodies amount
+/// to between others.
+const CONDUCTOR: f64 = 3.0;
+
+/// Cells across a body that a level has to have to resolve it.
+const RESOLVED: f64 = 3.5;
+
+/// All bodies, as far as they lie on this rank.
 pub(super) struct Bodies {
     session: Session,
-    axes: usize,
-    /// By group.
-    weights: Vec<[f64; 3]>,
-    /// The body that each group is of.
-    owner: Vec<u32>,
+    groups: Groups,
+    shared: Shared,
     /// The smallest spacing over each axis's.
     inverse_h: [f64; 3],
     /// By level, as far as any level has had bodies.
     layers: Vec<SurfaceCells>,
-    /// The cells that each body fills, by axis, and nothing for its turning: three numbers a group,
-    /// summed over the ranks that have it.
-    volumes: Vec<f64>,
-    /// Cells across the largest of them, as far as is known.
-    across: f64,
-    shared: Shared,
-    sums: Vec<f64>,
     /// The finest level's cells as products take them.
     rows: ByRow,
+    /// Three numbers a group: what a product or a sweep sums.
+    sums: Vec<f64>,
+    /// Cells across the largest of them, as far as is known.
+    across: f64,
     /// The fluid's density over the lightest body's, times the cells across it, per unit of weight.
     lightest: f64,
     /// Cells across the widest body by what it fills: the same on all ranks.
@@ -73,45 +79,19 @@ pub(super) struct Bodies {
     active: bool,
 }
 
-/// The way from a field's indices to a lattice's.
-pub(super) struct Frame {
-    /// Strides, stored cells and layers of ghosts of a field.
-    pub stride: [usize; 3],
-    pub stored: [usize; 3],
-    pub ghosts: usize,
-}
-
-impl Frame {
-    /// Where a face lies on the lattice, counted along each axis from its layer of ghosts; `None`
-    /// beyond the faces of its cells.
-    fn on_lattice(&self, lattice: &Lattice, face: &ModeFace) -> Option<[usize; 3]> {
-        let index = |a: usize| (face.face / self.stride[a] as u32 % self.stored[a] as u32) as usize;
-        // -1 and below stand beyond the layer of ghosts.
-        let at = std::array::from_fn(|a| match a < lattice.axes {
-            true => (index(a) + 1).wrapping_sub(self.ghosts),
-            false => 0,
-        });
-        let last = |a: usize| lattice.n[a] + usize::from(a == face.axis as usize);
-        (0..lattice.axes).all(|a| (1..=last(a)).contains(&at[a])).then_some(at)
-    }
-}
-
 impl Bodies {
     pub fn new(session: &Session, axes: usize, inverse_h: [f64; 3]) -> Bodies {
         Bodies {
             session: session.clone(),
-            axes,
-            weights: Vec::new(),
-            owner: Vec::new(),
+            groups: Groups { axes, ..Groups::default() },
+            shared: Shared::new(session),
             inverse_h,
             layers: vec![SurfaceCells::default()],
-            volumes: Vec::new(),
-            across: 0.0,
-            shared: Shared::new(session),
             rows: ByRow::default(),
+            sums: Vec::new(),
+            across: 0.0,
             lightest: 0.0,
             widest: 0.0,
-            sums: Vec::new(),
             active: false,
         }
     }
@@ -119,47 +99,36 @@ impl Bodies {
     /// See [`super::Poisson::set_modes`]; `scale` multiplies the weights.
     pub fn set(
         &mut self,
-        (lattice, frame): (&Lattice, &Frame),
+        frame: &Frame,
         weights: &[f64],
         covered: &[ModeFace],
         turning: &[u32],
         sharing: &Sharing,
         scale: f64,
     ) -> Result<()> {
-        let groups = weights.len() / self.axes;
-        let bodies = groups.saturating_sub(turning.len());
-        let unsound = self.is_unsound(frame, weights, covered, turning, groups, bodies);
-        self.weights.clear();
-        self.weights.extend(
-            weights
-                .chunks(self.axes)
-                .map(|w| std::array::from_fn(|a| w.get(a).map_or(0.0, |w| w * scale))),
-        );
-        self.owner.clear();
-        self.owner.extend((0..bodies as u32).chain(turning.iter().copied()));
-        for numbers in [&mut self.sums, &mut self.volumes] {
-            numbers.clear();
-            numbers.resize(3 * self.weights.len(), 0.0);
-        }
+        let Bodies { groups, shared, layers, inverse_h, rows, sums, .. } = self;
+        groups.set(weights, turning, scale);
+        sums.clear();
+        sums.resize(3 * groups.weights.len(), 0.0);
+        let unsound = groups.are_unsound(frame, weights, covered, turning);
         let covered = if unsound { &[] } else { covered };
-        let strays = self.take_faces(lattice, frame, covered, bodies);
-        self.rows.sort(&self.layers[0], lattice.n[0], lattice.n[1] * lattice.n[2]);
-        self.shared.set(sharing, bodies, turning);
-        self.shared.sum(3, &mut self.volumes)?;
+        let strays = layers[0].take_covered(frame, groups, covered, inverse_h);
+        let [nx, ny, nz] = frame.lattice.n;
+        rows.sort(&layers[0], nx, ny * nz);
+        shared.set(sharing, groups.bodies, turning);
+        shared.sum(3, &mut groups.volumes)?;
         self.agree(unsound, strays)
     }
 
     /// Refuses what is unsound on any rank, and finds the lightest and the widest body of all.
     /// Collective.
     fn agree(&mut self, unsound: bool, strays: bool) -> Result<()> {
-        let of_body = |(v, w): (&f64, &f64)| v * w * cells_across(*v, self.axes);
-        let light = self.volumes.iter().zip(self.weights.iter().flatten()).map(of_body);
-        let most = self.volumes.iter().copied().fold(0.0, f64::max);
-        let mut all = [light.fold(0.0, f64::max), most, f64::from(unsound), f64::from(strays)];
+        let groups = &self.groups;
+        let mut all = [groups.lightest(), groups.largest(), f64::from(unsound), f64::from(strays)];
         self.session.max(&mut all)?;
         let [lightest, most, unsound, strays] = all;
         self.lightest = lightest;
-        self.widest = cells_across(most, self.axes);
+        self.widest = groups.cells_across(most);
         if unsound > 0.0 {
             return Err(Error::Run(
                 "a free body's mode in the pressure equation is not finite, has a negative weight, \
@@ -180,83 +149,9 @@ impl Bodies {
         self.across = cells;
     }
 
-    /// Whether these numbers are no modes.
-    fn is_unsound(
-        &self,
-        frame: &Frame,
-        weights: &[f64],
-        covered: &[ModeFace],
-        turning: &[u32],
-        groups: usize,
-        bodies: usize,
-    ) -> bool {
-        let axes = self.axes;
-        let stored = frame.stored.iter().product::<usize>();
-        let mut unsound = !weights.len().is_multiple_of(axes)
-            || weights.iter().any(|w| !w.is_finite() || *w < 0.0);
-        unsound |= turning.len() > groups || turning.iter().any(|k| *k as usize >= bodies);
-        unsound |= covered.iter().any(|e| {
-            let mode = e.mode as usize;
-            let axis = e.axis as usize;
-            let moves = axis == mode % axes && e.part > 0.0;
-            let known = mode < weights.len() && axis < axes && (e.face as usize) < stored;
-            !(known && e.part.is_finite() && (moves || mode / axes >= bodies))
-        });
-        unsound
-    }
-
-    /// Takes the covered faces of all groups to the finest level, with the cells beside them and
-    /// the volumes of the bodies. Returns whether there are faces out of the groups' order: those
-    /// of a group have to stand together.
-    fn take_faces(
-        &mut self,
-        lattice: &Lattice,
-        frame: &Frame,
-        covered: &[ModeFace],
-        bodies: usize,
-    ) -> bool {
-        let axes = self.axes;
-        let finest = &mut self.layers[0];
-        finest.clear(lattice);
-        // Bodies that move cut now more cells, now fewer.
-        if finest.faces.capacity() < covered.len() {
-            finest.faces.reserve(2 * covered.len());
-            finest.cells.reserve(2 * covered.len());
-        }
-        let mut rest = covered;
-        for group in 0..self.weights.len() {
-            let (first, count) = (
-                finest.faces.len(),
-                rest.iter().take_while(|e| e.mode as usize / axes == group).count(),
-            );
-            let (own, others) = rest.split_at(count);
-            rest = others;
-            for e in own {
-                let Some(at) = frame.on_lattice(lattice, e) else { continue };
-                let axis = e.axis as usize;
-                let mode = (e.mode as usize % axes) as u8;
-                let place = (0..axes).map(|a| at[a] * lattice.stride[a]).sum::<usize>() as u32;
-                finest.faces.push(Face {
-                    group: group as u32,
-                    mode,
-                    axis: e.axis,
-                    place,
-                    part: e.part,
-                    conduct: e.part,
-                });
-                // Faces between ranks count on the upper one.
-                if at[axis] <= lattice.n[axis] && group < bodies {
-                    self.volumes[3 * group + axis] += e.part;
-                }
-            }
-            finest.collect(lattice, &self.inverse_h, first);
-        }
-        !rest.is_empty()
-    }
-
     /// Whether there are any.
     pub fn any(&self) -> bool {
-        !self.weights.is_empty()
+        !self.groups.weights.is_empty()
     }
 
     /// Takes x, a value by place, to `w_k (j_k . x)` of each mode, which [`Bodies::terms`] gives
@@ -266,11 +161,11 @@ impl Bodies {
         begin: impl Fn(usize) -> usize,
         x: impl Fn(usize) -> f64,
     ) -> Result<()> {
-        let Bodies { weights, sums, shared, rows, .. } = self;
+        let Bodies { groups, sums, shared, rows, .. } = self;
         sums.fill(0.0);
         rows.add_up(sums, begin, x);
         shared.sum(3, sums)?;
-        for (sum, w) in sums.chunks_exact_mut(3).zip(weights) {
+        for (sum, w) in sums.chunks_exact_mut(3).zip(&groups.weights) {
             sum.iter_mut().zip(w).for_each(|(sum, w)| *sum *= *w);
         }
         Ok(())
@@ -295,8 +190,8 @@ impl Bodies {
         let finest = &self.layers[0];
         for (group, range) in finest.begin.windows(2).enumerate() {
             let cells = &finest.cells[range[0]..range[1]];
-            let body = self.owner[group] as usize;
-            for mode in (0..3).filter(|mode| self.weights[group][*mode] != 0.0) {
+            let body = self.groups.owner[group] as usize;
+            for mode in (0..3).filter(|mode| self.groups.weights[group][*mode] != 0.0) {
                 let entries = cells.iter().map(|cell| (cell.row, cell.j[mode]));
                 let entries: Vec<_> = entries.filter(|(_, j)| *j != 0.0).collect();
                 // The groups in which bodies turn come after one for each body.
@@ -305,15 +200,126 @@ impl Bodies {
                     false => Origin::Rotation { body, mode },
                 };
                 if !entries.is_empty() {
-                    factors.push(Factor { origin, weight: self.weights[group][mode], entries });
+                    factors.push(Factor {
+                        origin,
+                        weight: self.groups.weights[group][mode],
+                        entries,
+                    });
                 }
             }
         }
         factors
     }
+
+    /// Whether the multigrid's level `l` has bodies.
+    pub fn on(&self, l: usize) -> bool {
+        self.active && l < self.layers.len() && !self.layers[l].smooth.is_empty()
+    }
+
+    /// How many levels resolve the largest body.
+    pub fn resolving(&self) -> usize {
+        let levels = |l: &usize| self.across >= RESOLVED * (1u64 << l) as f64;
+        (0..30).take_while(levels).count()
+    }
+
+    /// Makes ready for smoothing on level `l`, in units in which the finest level's largest face is 1:
+    /// `scale` times the weights. Raises the diagonal where bodies lie. Collective.
+    pub fn prepare(&mut self, l: usize, level: &mut Level, scale: f64) -> Result<()> {
+        if l == 0 {
+            // In these units a weight times the body's cells is the fluid's density over the
+            // body's.
+            self.active = self.lightest * scale >= LIGHT;
+            self.layers[0].smooth.resize(self.groups.weights.len(), Smooth::default());
+        }
+        if !self.on(l) {
+            return Ok(());
+        }
+        self.layers[l].prepare(&self.groups, &mut self.shared, level, scale)
+    }
+
+    /// Takes the bodies from level `l` to the next: those that it resolves as they are, the others
+    /// into its faces, of which one of the finest level's own conducts `unit` by axis; `scale` as
+    /// in [`Bodies::prepare`].
+    pub fn descend(
+        &mut self,
+        l: usize,
+        fine: &Level,
+        coarse: &mut Level,
+        unit: [f64; 3],
+        scale: f64,
+        last: bool,
+    ) {
+        if self.layers.len() < l + 2 {
+            self.layers.push(SurfaceCells::default());
+        }
+        let on = self.on(l);
+        let Bodies { groups, inverse_h, layers, widest, .. } = self;
+        let resolves = |across: f64| across >= RESOLVED * (1u64 << (l + 1)) as f64 && !last;
+        let (upper, lower) = layers.split_at_mut(l + 1);
+        let from = &upper[l];
+        let to = &mut lower[0];
+        to.clear(&coarse.lattice);
+        to.smooth.clear();
+        if !on {
+            return;
+        }
+        if to.faces.capacity() < from.faces.len() {
+            to.faces.reserve(2 * from.faces.len());
+            to.cells.reserve(2 * from.faces.len());
+        }
+        let mut rest = &from.faces[..];
+        for (group, owner) in groups.owner.iter().map(|k| *k as usize).enumerate() {
+            let count = rest.iter().take_while(|face| face.group as usize == group).count();
+            let (own, others) = rest.split_at(count);
+            rest = others;
+            let first = to.faces.len();
+            if resolves(groups.across(owner)) {
+                to.take_faces(own, fine, coarse, first);
+            } else if owner == group {
+                // What takes the body's place turns as well.
+                let conductance: [f64; 3] = std::array::from_fn(|axis| {
+                    let lightness =
+                        groups.weights[group][axis] * scale * groups.volumes[3 * group + axis];
+                    lightness.min(CONDUCTOR) * unit[axis]
+                });
+                conduct(own, &conductance, fine, coarse);
+            }
+            to.collect(&coarse.lattice, inverse_h, first);
+        }
+        // Also where all that it resolves lie on other ranks, with which it sums.
+        if resolves(*widest) {
+            to.smooth.resize(groups.weights.len(), Smooth::default());
+        }
+    }
+
+    /// Corrects the sweep by `omega` that the diagonal alone has done on level `l`, from zero or
+    /// not. Collective.
+    pub fn correct(
+        &mut self,
+        l: usize,
+        level: &mut Level,
+        omega: Single,
+        from_zero: bool,
+    ) -> Result<()> {
+        self.layers[l].correct(&mut self.shared, &mut self.sums, level, omega, from_zero)
+    }
+
+    /// Takes the bodies' part out of the next level's b. Collective.
+    pub fn restrict(&mut self, l: usize, level: &Level, coarse: &mut Level) -> Result<()> {
+        if !self.on(l) {
+            return Ok(());
+        }
+        self.layers[l].restrict(&mut self.shared, &mut self.sums, level, coarse)
+    }
 }
 
-/// Cells across a disc or sphere that fills so many.
-fn cells_across(volume: f64, axes: usize) -> f64 {
-    if axes == 2 { (volume * 4.0 / PI).sqrt() } else { (volume * 6.0 / PI).cbrt() }
+/// Adds to the coarse level's coefficient what faces of a body conduct, which have this
+/// conductance by axis.
+fn conduct(own: &[Face], conductance: &[f64; 3], fine: &Level, coarse: &mut Level) {
+    for face in own {
+        let axis = face.axis as usize;
+        if let Some((place, ratio)) = fine.coarse_face(coarse, axis, face.place as usize) {
+            coarse.g[axis][place] += (conductance[axis] * face.conduct) as Single * ratio;
+        }
+    }
 }

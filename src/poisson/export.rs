@@ -1,11 +1,9 @@
 //! Keeps the system of one solve of a step, where somebody wants it ([`super::system`]).
 
 use super::Poisson;
-use super::coefficient::Ends;
-use super::system::{Factor, OwnSolve, System};
+use super::system::{OwnSolve, System};
 use crate::petsc::{LinearSolver, Operator, Solved};
 use crate::{Error, Result};
-use mics_run::sparse::Sparse;
 
 /// The solve whose system is wanted, and the system once it was there.
 pub(super) struct Export {
@@ -31,7 +29,8 @@ impl Export {
         &mut self,
         operator: &mut Poisson,
         solver: &LinearSolver,
-        (rtol, atol): (f64, f64),
+        rtol: f64,
+        atol: f64,
         ended: &Result<Solved>,
     ) -> Result<()> {
         self.seen += 1;
@@ -48,14 +47,15 @@ impl Export {
             Err(failed) => Err(failed.to_string()),
         };
         let right_side = solver.right_side(<[f64]>::to_vec)?;
-        let (solution, residual) = operator.solve_to_rounding(&right_side)?;
+        let singular = operator.coefficient.singular;
+        let (solution, residual) = solve_to_rounding(operator, singular, &right_side)?;
         self.system = Some(System {
-            fluid: operator.fluid_matrix(),
+            fluid: operator.coefficient.matrix(),
             factors: operator.factors(),
             right_side,
             solution,
             residual,
-            singular: operator.singular,
+            singular,
             own: OwnSolve { rtol, atol: solver.absolute_tolerance(atol), outcome },
         });
         Ok(())
@@ -69,104 +69,57 @@ const IDLE: usize = 20;
 /// Residual, as a part of the right side, over which a solution is none.
 const LARGEST_RESIDUAL: f64 = 1e-9;
 
-impl Poisson {
-    /// The part of the fluid, where one rank has all cells. A face that closes a period is one.
-    fn fluid_matrix(&mut self) -> Sparse {
-        let lattice = self.lattice;
-        let g = &self.g;
-        let [nx, ny, nz] = lattice.n;
-        let steps = [1, nx, nx * ny];
-        let mut matrix = Sparse::new(nx * ny * nz);
-        let mut row = Vec::with_capacity(2 * lattice.axes + 1);
-        let places = lattice.rows().flat_map(|s| s..s + nx);
-        for (cell, place) in places.enumerate() {
-            let at = [cell % nx, cell / nx % ny, cell / (nx * ny)];
-            let mut diagonal = 0.0;
-            row.clear();
-            for axis in 0..lattice.axes {
-                let n = lattice.n[axis];
-                let step = steps[axis];
-                let stride = lattice.stride[axis];
-                let closes = matches!(self.ends[axis], Ends::Periodic);
-                let low = g[axis][place];
-                let high = match closes && at[axis] + 1 == n {
-                    true => g[axis][place - (n - 1) * stride],
-                    false => g[axis][place + stride],
-                };
-                let around = (n - 1) * step;
-                let below = match at[axis] {
-                    0 => closes.then_some(cell + around),
-                    _ => Some(cell - step),
-                };
-                let above = match at[axis] + 1 == n {
-                    true => closes.then(|| cell - around),
-                    false => Some(cell + step),
-                };
-                for (beyond, each) in [(below, low), (above, high)] {
-                    diagonal += each;
-                    row.extend(beyond.map(|beyond| (beyond as u32, -each)));
-                }
-            }
-            row.push((cell as u32, diagonal));
-            matrix.push_row(&mut row);
+/// The solution x of `A x = b` as near as rounding lets it come (where constants solve it for
+/// b = 0, the one whose mean is zero), and the norm of `b - A x` over that of b: conjugate
+/// gradients with the multigrid, whose residual is taken anew from x in each iteration.
+fn solve_to_rounding(
+    operator: &mut impl Operator,
+    singular: bool,
+    b: &[f64],
+) -> Result<(Vec<f64>, f64)> {
+    let settle = |x: &mut [f64]| {
+        let mean = if singular { x.iter().sum::<f64>() / x.len() as f64 } else { 0.0 };
+        x.iter_mut().for_each(|x| *x -= mean);
+    };
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let zeros = vec![0.0; b.len()];
+    let mut x = zeros.clone();
+    let mut best = (zeros.clone(), f64::INFINITY);
+    let mut r = b.to_vec();
+    let mut z = zeros.clone();
+    let mut p = zeros.clone();
+    let mut ap = zeros;
+    let mut pap = 1.0;
+    let mut idle = 0;
+    for _ in 0..ITERATIONS {
+        operator.precondition(&r, &mut z)?;
+        settle(&mut z);
+        // By the last direction itself: in single precision the preconditioner is another
+        // each time.
+        let beta = dot(&z, &ap) / pap;
+        p.iter_mut().zip(&z).for_each(|(p, z)| *p = z - beta * *p);
+        operator.multiply(&p, &mut ap)?;
+        pap = dot(&p, &ap);
+        let alpha = dot(&r, &p) / pap;
+        x.iter_mut().zip(&p).for_each(|(x, p)| *x += alpha * p);
+        settle(&mut x);
+        operator.multiply(&x, &mut r)?;
+        r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+        let left = (dot(&r, &r) / dot(b, b)).sqrt();
+        idle += 1;
+        if left < best.1 {
+            best = (x.clone(), left);
+            idle = 0;
         }
-        matrix
-    }
-
-    /// What is added to it.
-    fn factors(&self) -> Vec<Factor> {
-        self.bodies.factors().into_iter().chain(self.held.factor()).collect()
-    }
-
-    /// The solution x of `A x = b` as near as rounding lets it come (where constants solve it for
-    /// b = 0, the one whose mean is zero), and the norm of `b - A x` over that of b: conjugate
-    /// gradients with the multigrid, whose residual is taken anew from x in each iteration.
-    fn solve_to_rounding(&mut self, b: &[f64]) -> Result<(Vec<f64>, f64)> {
-        let singular = self.singular;
-        let settle = |x: &mut [f64]| {
-            let mean = if singular { x.iter().sum::<f64>() / x.len() as f64 } else { 0.0 };
-            x.iter_mut().for_each(|x| *x -= mean);
-        };
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let zeros = vec![0.0; b.len()];
-        let mut x = zeros.clone();
-        let mut best = (zeros.clone(), f64::INFINITY);
-        let mut r = b.to_vec();
-        let mut z = zeros.clone();
-        let mut p = zeros.clone();
-        let mut ap = zeros;
-        let mut pap = 1.0;
-        let mut idle = 0;
-        for _ in 0..ITERATIONS {
-            self.precondition(&r, &mut z)?;
-            settle(&mut z);
-            // By the last direction itself: in single precision the preconditioner is another
-            // each time.
-            let beta = dot(&z, &ap) / pap;
-            p.iter_mut().zip(&z).for_each(|(p, z)| *p = z - beta * *p);
-            self.multiply(&p, &mut ap)?;
-            pap = dot(&p, &ap);
-            let alpha = dot(&r, &p) / pap;
-            x.iter_mut().zip(&p).for_each(|(x, p)| *x += alpha * p);
-            settle(&mut x);
-            self.multiply(&x, &mut r)?;
-            r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
-            let left = (dot(&r, &r) / dot(b, b)).sqrt();
-            idle += 1;
-            if left < best.1 {
-                best = (x.clone(), left);
-                idle = 0;
-            }
-            if idle == IDLE || !left.is_finite() {
-                break;
-            }
+        if idle == IDLE || !left.is_finite() {
+            break;
         }
-        if best.1 <= LARGEST_RESIDUAL {
-            return Ok(best);
-        }
-        Err(Error::Run(format!(
-            "the exported system was not solved: a residual of {:.1e} of the right side is left",
-            best.1
-        )))
     }
+    if best.1 <= LARGEST_RESIDUAL {
+        return Ok(best);
+    }
+    Err(Error::Run(format!(
+        "the exported system was not solved: a residual of {:.1e} of the right side is left",
+        best.1
+    )))
 }

@@ -7,8 +7,7 @@
 //!   y  += w (j . x) j
 //! ```
 
-use super::bodies::Frame;
-use super::lattice::Lattice;
+use super::frame::Frame;
 use super::system::{Factor, Origin};
 use crate::Result;
 use crate::petsc::Session;
@@ -25,9 +24,9 @@ impl HeldMean {
     /// Takes the faces along `axis`, `h` (m) apart, with g each, and the weight (kg/m3).
     pub fn set(
         &mut self,
-        lattice: &Lattice,
         frame: &Frame,
-        (axis, h): (usize, f64),
+        axis: usize,
+        h: f64,
         faces: impl Iterator<Item = (usize, f64)>,
         weight: f64,
     ) {
@@ -35,7 +34,7 @@ impl HeldMean {
         self.cells.clear();
         for (face, g) in faces {
             for (cell, part) in [(face - frame.stride[axis], g / h), (face, -g / h)] {
-                self.cells.extend(number(lattice, frame, cell).map(|row| (row, part)));
+                self.cells.extend(frame.number(cell).map(|row| (row, part)));
             }
         }
     }
@@ -71,16 +70,4 @@ impl HeldMean {
         let there = self.weight != 0.0 && !entries.is_empty();
         there.then_some(Factor { origin: Origin::HeldMean, weight: self.weight, entries })
     }
-}
-
-/// The number, among this rank's, of the cell at a field's index; `None` of a ghost.
-fn number(lattice: &Lattice, frame: &Frame, index: usize) -> Option<u32> {
-    let mut row = 0;
-    for a in (0..lattice.axes).rev() {
-        let at = (index / frame.stride[a] % frame.stored[a])
-            .checked_sub(frame.ghosts)
-            .filter(|at| *at < lattice.n[a])?;
-        row = at + lattice.n[a] * row;
-    }
-    Some(row as u32)
 }

@@ -5,6 +5,7 @@
 //! ```
 
 use super::Poisson;
+use super::coefficient::Coefficient;
 use crate::grid::Grid;
 use crate::petsc::{Layout, Pattern};
 
@@ -51,11 +52,9 @@ impl Rows {
 
     /// The entries' values, in the order of [`Rows::new`].
     pub fn fill(&mut self, operator: &mut Poisson) -> &[f64] {
-        let definite = if operator.singular { 1.0 + SHIFT } else { 1.0 };
-        operator.shift.resize(if operator.singular { self.inner.len() } else { 0 }, 0.0);
-        let lattice = operator.lattice;
-        let g = &operator.g;
-        let shift = &mut operator.shift;
+        let Poisson { coefficient: Coefficient { lattice, g, singular, .. }, shift, .. } = operator;
+        let definite = if *singular { 1.0 + SHIFT } else { 1.0 };
+        shift.resize(if *singular { self.inner.len() } else { 0 }, 0.0);
         let mut at = 0;
         let cells = lattice.rows().flat_map(|s| s..s + lattice.n[0]);
         for (row, (c, inner)) in cells.zip(&self.inner).enumerate() {

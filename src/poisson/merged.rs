@@ -112,7 +112,7 @@ impl Merge {
                     let from = &level.g[axis];
                     let to = &mut whole.g[axis];
                     let n = wide(member, axis);
-                    copy((from, &level.lattice), (to, &whole.lattice), member.first, n);
+                    copy(from, &level.lattice, to, &whole.lattice, member.first, n);
                 }
                 continue;
             }
@@ -156,8 +156,8 @@ impl Merge {
         };
         for member in members.iter() {
             if member.rank == *root {
-                let to = (&mut whole.b[..], &whole.lattice);
-                copy((&level.b, &level.lattice), to, member.first, member.n);
+                let to = &mut whole.b;
+                copy(&level.b, &level.lattice, to, &whole.lattice, member.first, member.n);
                 continue;
             }
             let buffer = &mut buffer[..member.n.iter().product()];
@@ -210,8 +210,10 @@ fn put(from: &[Single], field: &mut [Single], lattice: &Lattice, first: [usize; 
 
 /// Copies a box of `n` from the beginning of a field to `first` in another.
 fn copy(
-    (from, of): (&[Single], &Lattice),
-    (to, lattice): (&mut [Single], &Lattice),
+    from: &[Single],
+    of: &Lattice,
+    to: &mut [Single],
+    lattice: &Lattice,
     first: [usize; 3],
     n: [usize; 3],
 ) {

@@ -14,12 +14,14 @@ mod bodies;
 mod bottom;
 mod coefficient;
 mod export;
+mod frame;
 mod held;
 mod lattice;
 mod level;
 mod matrix;
 mod merged;
 mod multigrid;
+mod preconditioner;
 pub mod pressure;
 mod solves;
 mod sweeps;
@@ -32,48 +34,33 @@ pub use solves::SolveRow;
 pub use system::{Factor, Origin, OwnSolve, System};
 
 use crate::Result;
-use crate::grid::{Boundaries, BoundaryKind, Grid, largest, simd};
+use crate::grid::{Boundaries, Grid, simd};
+use crate::kernels::faces::FaceCoefficient;
 use crate::petsc::{Halo, Layout, Operator, Session};
 use crate::sharing::Sharing;
-use bodies::{Bodies, Frame};
-use coefficient::Ends;
+use bodies::Bodies;
+use coefficient::Coefficient;
+use frame::Frame;
 use held::HeldMean;
 use lattice::{Lattice, exchange};
-use multigrid::{Multigrid, Tuning};
+use multigrid::Tuning;
+use preconditioner::Preconditioner;
 use whole::Whole;
 
 /// The operator on this rank's cells, x fastest and without ghosts in what goes in and out.
 pub struct Poisson {
     session: Session,
-    lattice: Lattice,
-    halo: Halo<f64>,
-    /// `1/h^2` by axis (1/m2), zero along unused ones.
-    inverse_h2: [f64; 3],
-    ends: [Ends; 3],
-    /// Whether this rank's box ends at the low and high end of each axis.
-    at_end: [[bool; 2]; 3],
-    whole: Whole,
-    singular: bool,
-    /// `beta/h^2` on faces.
-    g: [Vec<f64>; 3],
-    largest: f64,
-    x: Vec<f64>,
+    frame: Frame,
+    coefficient: Coefficient,
     bodies: Bodies,
     held: HeldMean,
-    frame: Frame,
-    /// The smallest spacing (m).
-    narrowest: f64,
     /// What the assembled matrix has on its diagonal beyond the operator, cell by cell; empty where
     /// there is no such matrix, or nothing beyond.
     shift: Vec<f64>,
-    setups: u32,
-    multigrid: Option<Cached>,
-}
-
-/// The multigrid and whether it has the present coefficient.
-struct Cached {
-    made: Multigrid,
-    valid: bool,
+    preconditioner: Preconditioner,
+    /// Scratch of a product: x with ghosts, and their exchange.
+    x: Vec<f64>,
+    halo: Halo<f64>,
 }
 
 impl Poisson {
@@ -86,45 +73,30 @@ impl Poisson {
     ) -> Result<Poisson> {
         let lattice = Lattice::new(layout.local, D);
         let narrowest = grid.h.iter().copied().fold(f64::INFINITY, f64::min);
-        let ends = std::array::from_fn(|a| match boundaries.kinds.get(a) {
-            Some([Some(low), Some(high)]) => {
-                let given = [low, high].map(|boundary| matches!(boundary, BoundaryKind::Outflow));
-                Ends::Boundaries { given }
-            }
-            _ => Ends::Periodic,
-        });
-        let at_end = std::array::from_fn(|a| [0, 1].map(|side| a < D && grid.at_boundary(a, side)));
+        let inverse_h = std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h));
         let whole = Whole::of_grid(session, layout, grid)?;
         Ok(Poisson {
             session: session.clone(),
-            halo: lattice.halo(session, layout.neighbours),
-            inverse_h2: std::array::from_fn(|a| {
-                if a < D { 1.0 / (grid.h[a] * grid.h[a]) } else { 0.0 }
-            }),
-            ends,
-            at_end,
-            singular: !boundaries.fixes_pressure(),
-            g: lattice.faces(),
-            largest: 0.0,
-            x: lattice.field(),
-            bodies: Bodies::new(
-                session,
-                whole.axes,
-                std::array::from_fn(|a| grid.h.get(a).map_or(0.0, |h| narrowest / h)),
-            ),
+            frame: Frame::new(lattice, layout, grid),
+            coefficient: Coefficient::new(lattice, grid, boundaries),
+            bodies: Bodies::new(session, whole.axes, inverse_h),
             held: HeldMean::default(),
-            frame: Frame {
-                stride: std::array::from_fn(|a| grid.stride.get(a).copied().unwrap_or(1)),
-                stored: layout.stored,
-                ghosts: layout.ghosts,
-            },
-            narrowest,
             shift: Vec::new(),
-            setups: 0,
-            multigrid: None,
-            whole,
-            lattice,
+            preconditioner: Preconditioner::new(session, whole, narrowest),
+            x: lattice.field(),
+            halo: lattice.halo(session, layout.neighbours),
         })
+    }
+
+    /// Takes `beta` on faces. Collective.
+    ///
+    /// # Errors
+    /// When it is not positive and finite on every open face: a zero row would make solvers report
+    /// success.
+    pub fn set<const D: usize>(&mut self, grid: &Grid<D>, beta: &FaceCoefficient<D>) -> Result<()> {
+        self.coefficient.set(&self.session, grid, beta)?;
+        self.preconditioner.outdate();
+        Ok(())
     }
 
     /// Takes the largest extent of a free body (m), which says on which levels of the multigrid
@@ -132,7 +104,7 @@ impl Poisson {
     pub fn set_extent(&mut self, across: f64) {
         // A face's cells on both sides, and a body between two faces.
         let cells = |h2: &f64| across * h2.sqrt() + 3.0;
-        self.bodies.set_across(self.inverse_h2.iter().map(cells).fold(0.0, f64::max));
+        self.bodies.set_across(self.coefficient.inverse_h2.iter().map(cells).fold(0.0, f64::max));
     }
 
     /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the
@@ -152,11 +124,9 @@ impl Poisson {
         turning: &[u32],
         sharing: &Sharing,
     ) -> Result<()> {
-        if let Some(made) = &mut self.multigrid {
-            made.valid = false;
-        }
-        let scale = 1.0 / (self.narrowest * self.narrowest);
-        self.bodies.set((&self.lattice, &self.frame), weights, covered, turning, sharing, scale)
+        self.preconditioner.outdate();
+        let scale = self.coefficient.finest();
+        self.bodies.set(&self.frame, weights, covered, turning, sharing, scale)
     }
 
     /// Adds `weight j j^T` to the operator, in place of what the last call added: what the drive
@@ -164,57 +134,41 @@ impl Poisson {
     /// along `axis` with the spacing `h` (m), with the parts g that j is made of (m3/kg).
     pub fn set_held(
         &mut self,
-        at: (usize, f64),
+        axis: usize,
+        h: f64,
         faces: impl Iterator<Item = (usize, f64)>,
         weight: f64,
     ) {
-        self.held.set(&self.lattice, &self.frame, at, faces, weight);
+        self.held.set(&self.frame, axis, h, faces, weight);
     }
 
-    /// The multigrid, and the bodies that take part in it.
-    fn multigrid(&mut self) -> Result<(&mut Multigrid, &mut Bodies)> {
-        let made = match self.multigrid.take() {
-            Some(made) => made,
-            None => {
-                let tuning = Tuning::read(&self.session)?;
-                let whole = self.whole.clone();
-                let resolving = self.bodies.resolving();
-                let made = Multigrid::new(&self.session, whole, self.singular, tuning, resolving);
-                Cached { made, valid: false }
+    /// `y += L x`: free bodies and a held mean velocity. Collective.
+    fn add_low_rank(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
+        if self.bodies.any() {
+            let nx = self.coefficient.lattice.n[0];
+            self.bodies.respond(|row| row * nx, |cell| x[cell])?;
+            for (row, y) in y.chunks_exact_mut(nx).enumerate() {
+                self.bodies.terms(row).for_each(|(at, term)| y[at] += term);
             }
-        };
-        let Cached { made, valid } = self.multigrid.insert(made);
-        if !*valid {
-            // In single precision the range of the coefficient has to lie around one.
-            let scale = 1.0 / self.largest;
-            for (to, from) in made.levels[0].g.iter_mut().zip(&self.g) {
-                simd(
-                    #[inline(always)]
-                    || {
-                        for (to, from) in to.iter_mut().zip(from) {
-                            *to = (scale * from) as f32;
-                        }
-                    },
-                );
-            }
-            let unit = self.inverse_h2.map(|i| i * self.narrowest * self.narrowest);
-            made.rebuild(&mut self.bodies, unit, scale)?;
-            self.setups += 1;
-            *valid = true;
         }
-        Ok((made, &mut self.bodies))
+        self.held.add_product(&self.session, |row| x[row], |row, term| y[row] += term)
+    }
+
+    /// The terms of low rank, one by one.
+    fn factors(&self) -> Vec<Factor> {
+        self.bodies.factors().into_iter().chain(self.held.factor()).collect()
     }
 }
 
 impl Operator for Poisson {
     fn multiply(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        let lattice = self.lattice;
-        let nx = self.lattice.n[0];
+        let lattice = self.coefficient.lattice;
+        let nx = lattice.n[0];
         for (s, x) in lattice.rows().zip(x.chunks_exact(nx)) {
             self.x[s..][..nx].copy_from_slice(x);
         }
         exchange(&mut self.halo, lattice.axes, &mut self.x)?;
-        let g = &self.g;
+        let g = &self.coefficient.g;
         let field = &self.x;
         simd(
             #[inline(always)]
@@ -235,7 +189,7 @@ impl Operator for Poisson {
     }
 
     fn differs_from_matrix(&self) -> bool {
-        self.singular || self.bodies.any() || self.held.any()
+        self.coefficient.singular || self.bodies.any() || self.held.any()
     }
 
     fn add_difference(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
@@ -246,78 +200,14 @@ impl Operator for Poisson {
     }
 
     fn setups(&self) -> u32 {
-        self.setups
+        self.preconditioner.setups
     }
 
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) -> Result<()> {
-        let most = || {
-            simd(
-                #[inline(always)]
-                || {
-                    largest(
-                        r.len(),
-                        #[inline(always)]
-                        |i| r[i].abs(),
-                    )
-                },
-            )
-        };
-        let mut size = [most()];
-        self.session.max(&mut size)?;
-        if size[0] == 0.0 {
-            z.fill(0.0);
-            return Ok(());
-        }
-        let nx = self.lattice.n[0];
-        let most = self.largest;
-        let (multigrid, bodies) = self.multigrid()?;
-        let down = 1.0 / size[0];
-        let up = size[0] / most;
-        let finest = &mut multigrid.levels[0];
-        let lattice = finest.lattice;
-        let b = &mut finest.b;
-        simd(
-            #[inline(always)]
-            || {
-                for (s, r) in lattice.rows().zip(r.chunks_exact(nx)) {
-                    b[s..][..nx].iter_mut().zip(r).for_each(
-                        #[inline(always)]
-                        |(b, r)| *b = (down * r) as f32,
-                    );
-                }
-            },
-        );
-        multigrid.cycle(bodies, true)?;
-        let x = &multigrid.levels[0].x;
-        simd(
-            #[inline(always)]
-            || {
-                for (s, z) in lattice.rows().zip(z.chunks_exact_mut(nx)) {
-                    z.iter_mut().zip(&x[s..][..nx]).for_each(
-                        #[inline(always)]
-                        |(z, x)| *z = up * f64::from(*x),
-                    );
-                }
-            },
-        );
-        Ok(())
+        self.preconditioner.apply(&self.coefficient, &mut self.bodies, r, z)
     }
 
     fn accept(&self) -> Result<()> {
         Tuning::read(&self.session).map(drop)
-    }
-}
-
-impl Poisson {
-    /// `y += L x`: free bodies and a held mean velocity. Collective.
-    fn add_low_rank(&mut self, x: &[f64], y: &mut [f64]) -> Result<()> {
-        if self.bodies.any() {
-            let nx = self.lattice.n[0];
-            self.bodies.respond(|row| row * nx, |cell| x[cell])?;
-            for (row, y) in y.chunks_exact_mut(nx).enumerate() {
-                self.bodies.terms(row).for_each(|(at, term)| y[at] += term);
-            }
-        }
-        self.held.add_product(&self.session, |row| x[row], |row, term| y[row] += term)
     }
 }

@@ -200,12 +200,13 @@ impl Projection {
     /// When the operator is in use, or the solver would pass over this.
     pub fn set_held(
         &mut self,
-        at: (usize, f64),
+        axis: usize,
+        h: f64,
         faces: impl Iterator<Item = (usize, f64)>,
         weight: f64,
     ) -> Result<()> {
         self.solver.refuse_without_low_rank()?;
-        borrow(&self.operator)?.set_held(at, faces, weight);
+        borrow(&self.operator)?.set_held(axis, h, faces, weight);
         Ok(())
     }
 
@@ -260,9 +261,13 @@ impl Projection {
                 .clamp(1e-13, 0.1)
                 .powf(roughly.unwrap_or(1.0));
             let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
+            // A residual whose 2-norm is below this cannot hold a cell above D0/2; it ends no solve
+            // before it has begun, and none whose tolerance the user has fixed.
             let within = done.divergence_max < self.rule.limit;
-            let solved =
-                self.correct(grid, boundaries, beta, dt, (rtol, within), p, coupled.faces())?;
+            let fixed = self.solver.fixed_rtol().is_some();
+            let atol = if within || fixed { 0.0 } else { 0.5 * self.rule.limit / dt };
+            let solved = self.solve(grid, dt, rtol, atol)?;
+            self.correct(grid, boundaries, beta, dt, p, coupled.faces())?;
             coupled.follow(grid, dt, &self.phi)?;
             done.outer += 1;
             done.krylov += solved.iterations;
@@ -301,16 +306,13 @@ impl Projection {
         Ok(most[0])
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn correct<const D: usize>(
+    /// Solves for the increment phi that takes the divergence out over the step `dt` (s).
+    fn solve<const D: usize>(
         &mut self,
         grid: &Grid<D>,
-        boundaries: &mut Boundaries<D>,
-        beta: &FaceCoefficient<D>,
         dt: f64,
-        (rtol, within): (f64, bool),
-        p: &mut [f64],
-        velocity: &mut VectorField<D>,
+        rtol: f64,
+        atol: f64,
     ) -> Result<Solved> {
         let divergence = &self.divergence;
         self.solver.set_right_side(|b| {
@@ -320,15 +322,23 @@ impl Projection {
                 }
             }
         })?;
-        // A residual whose 2-norm is below this cannot hold a cell above D0/2; it ends no solve
-        // before it has begun, and none whose tolerance the user has fixed.
-        let fixed = self.solver.fixed_rtol().is_some();
-        let atol = if within || fixed { 0.0 } else { 0.5 * self.rule.limit / dt };
         let ended = self.solver.solve(rtol, atol);
         if let Some(export) = &mut self.export {
-            export.see(&mut *borrow(&self.operator)?, &self.solver, (rtol, atol), &ended)?;
+            export.see(&mut *borrow(&self.operator)?, &self.solver, rtol, atol, &ended)?;
         }
-        let solved = ended?;
+        ended
+    }
+
+    /// Adds the solution to the pressure, and its gradient to the velocities through open faces.
+    fn correct<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        boundaries: &mut Boundaries<D>,
+        beta: &FaceCoefficient<D>,
+        dt: f64,
+        p: &mut [f64],
+        velocity: &mut VectorField<D>,
+    ) -> Result<()> {
         let phi = &mut self.phi;
         self.solver.solution(|x| {
             for (values, row) in x.chunks_exact(grid.local[0]).zip(grid.rows()) {
@@ -341,7 +351,7 @@ impl Projection {
         boundaries.fill_increment(phi)?;
         // Closed faces keep their velocity: phi's ghosts leave no gradient there.
         faces::add_gradient(grid, beta, -dt, phi, velocity);
-        Ok(solved)
+        Ok(())
     }
 
     /// Forgets the solves that it has recorded, and says whether the next ones are.

@@ -1,9 +1,11 @@
 //! The end of another run, from which a case starts (`initial.from`): its bodies and its flow.
 
-use super::restart::{Account, Restart};
+use super::cost::Account;
+use super::measures::Measures;
+use super::record::Written;
+use super::restart::{Contents, Restart};
 use crate::config::Case;
-use crate::output::measure;
-use crate::output::statistics::Statistics;
+use crate::output::Marks;
 use crate::petsc::Session;
 use crate::scene::Scene;
 use crate::state::State;
@@ -11,8 +13,27 @@ use crate::{Error, Result};
 use mics_run::vti::Rows;
 use std::path::{Path, PathBuf};
 
+/// The scene of a case as a run begins with it, from where another one ended if the case says so,
+/// with what was taken over from there in lines. Collective.
+///
+/// # Errors
+/// When the scene cannot be built, or that run is none to begin from.
+pub(super) fn begin<const D: usize>(
+    session: &Session,
+    case: &Case,
+) -> Result<(Scene<D>, Vec<String>)> {
+    let from = case.initial.from.as_ref();
+    let ended = from.map(|from| Ended::<D>::read(session, Path::new(from))).transpose()?;
+    let mut scene = Scene::new(session, case)?;
+    let inherited = match ended {
+        Some(ended) => ended.initialise(session, case, &mut scene)?,
+        None => Vec::new(),
+    };
+    Ok((scene, inherited))
+}
+
 /// Where another run ended: its case, the state, and its last snapshot.
-pub(super) struct Ended<const D: usize> {
+struct Ended<const D: usize> {
     case: Case,
     state: State<D>,
     run: PathBuf,
@@ -24,7 +45,7 @@ impl<const D: usize> Ended<D> {
     ///
     /// # Errors
     /// When that run has not ended, or cannot be read.
-    pub fn read(session: &Session, run: &Path) -> Result<Ended<D>> {
+    fn read(session: &Session, run: &Path) -> Result<Ended<D>> {
         let refuse = |why: String| refuse(run, why);
         session.agree(if run.join("case.toml").is_file() {
             Ok(())
@@ -46,17 +67,15 @@ impl<const D: usize> Ended<D> {
         let mut end = Restart::open(session, run, |_| refuse(cure.into()))?;
         let before = end.case().map_err(|why| refuse(format!("its case cannot be read: {why}")))?;
         let mut scene = Scene::<D>::new(session, &before)?;
-        let mut account = Account::default();
-        let mut series = measure::series(&before);
-        let mut statistics = Statistics::of_case(&scene, &before);
-        end.read_contents(
-            session,
-            &mut account,
-            &mut series,
-            &mut statistics,
-            &before,
-            &mut scene,
-        )?;
+        let contents = Contents {
+            account: &mut Account::default(),
+            written: &mut Written::default(),
+            measures: &mut Measures::new(&before, &scene),
+            marks: &mut Marks::default(),
+            case: &before,
+            scene: &mut scene,
+        };
+        end.read_contents(session, contents)?;
         Ok(Ended { case: before, state: scene.state, run: run.to_owned() })
     }
 
@@ -65,7 +84,7 @@ impl<const D: usize> Ended<D> {
     ///
     /// # Errors
     /// When the snapshot cannot be read, or bodies are elsewhere than the case has them.
-    pub fn initialise(
+    fn initialise(
         self,
         session: &Session,
         case: &Case,

@@ -59,7 +59,7 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>, allowed: f64) -> Result<
         source.0,
         richest(e, s),
         e.total(),
-        e.start + e.gravity + e.drive + e.boundaries + e.prescribed,
+        e.supplied(),
         source.1
     )))
 }
@@ -95,7 +95,7 @@ pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
 
 /// What a run that has come to its end has to say of energy that the method has lost.
 pub(super) fn lost<const D: usize>(case: &Case, s: &State<D>) -> Option<String> {
-    let share = s.energy.method / s.energy.scale();
+    let share = s.energy.losses.method / s.energy.scale();
     let cure =
         crate::check::thin_layer(case).unwrap_or_else(|| "more cells resolve it better".into());
     (share > MUCH_LOST).then(|| {
@@ -120,14 +120,14 @@ impl Made {
     fn of(e: &EnergyBudget) -> Made {
         let sources = [
             (
-                e.method,
+                e.losses.method,
                 (
                     "the step of the flow",
                     "take smaller cells, or shorter steps if bodies strike each other or a wall",
                 ),
             ),
-            (e.contacts, ("contacts", "take shorter steps, or stiffer contacts")),
-            (e.friction, ("friction", "take shorter steps, or stiffer contacts")),
+            (e.losses.contacts, ("contacts", "take shorter steps, or stiffer contacts")),
+            (e.losses.friction, ("friction", "take shorter steps, or stiffer contacts")),
         ];
         let energy = sources.iter().map(|(lost, _)| -lost.min(0.0)).sum();
         let source = sources
@@ -156,6 +156,7 @@ mod tests {
     use super::*;
     use crate::grid::Grid;
     use crate::petsc::{Layout, Session};
+    use crate::state::{EnergyLosses, SuppliedWork};
 
     #[test]
     fn energy_gain_over_all_supplied_energy_is_refused() {
@@ -166,21 +167,21 @@ mod tests {
         let judge = |s: &State<2>| refuse_made(s, 0.0).err().map(|e| e.to_string());
         s.energy = EnergyBudget {
             start: 1.0,
-            boundaries: -2.0,
-            method: -2.9,
+            work: SuppliedWork { boundaries: -2.0, ..SuppliedWork::default() },
+            losses: EnergyLosses { method: -2.9, ..EnergyLosses::default() },
             fluid: 2.0,
             ..EnergyBudget::default()
         };
         assert_eq!(judge(&s), None);
-        s.energy.contacts = 5.0;
+        s.energy.losses.contacts = 5.0;
         assert_eq!(judge(&s), None, "what contacts take makes up for nothing, and is nothing made");
         assert!(
             doubt(&s, 0.0)
                 .is_some_and(|said| said.contains("97 %") && said.contains("the step of the flow"))
         );
-        s.energy.method = -0.1;
+        s.energy.losses.method = -0.1;
         assert_eq!(doubt(&s, 0.0), None);
-        s.energy.method = -3.1;
+        s.energy.losses.method = -3.1;
         let said = judge(&s).unwrap();
         assert!(
             said.contains("3.100e0 J")
@@ -188,8 +189,7 @@ mod tests {
                 && said.contains("fluid"),
             "{said}"
         );
-        s.energy.method = 2.0;
-        s.energy.friction = -4.0;
+        s.energy.losses = EnergyLosses { method: 2.0, friction: -4.0, ..s.energy.losses };
         assert!(judge(&s).unwrap().contains("friction"));
     }
 }

@@ -1,13 +1,17 @@
 //! A run that ends at one pressure solve, for the system that is solved there; it leaves no folder.
 
-use super::{Request, Run};
+use super::stepper::{Planned, StepOutcome, Stepper};
+use super::{Request, ended};
 use crate::check::check_memory;
-use crate::config::Loaded;
+use crate::config::{Case, Loaded};
 use crate::interrupt::Interrupt;
+use crate::output::Log;
+use crate::output::progress::Progress;
 use crate::petsc::Session;
 use crate::poisson::{Origin, System};
-use crate::scene::{Scene, read_case};
+use crate::scene::read_case;
 use crate::{Error, Result};
+use mics_run::progress::Record;
 
 /// The solve whose system is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -44,13 +48,8 @@ pub struct Exported {
     pub spacing: Vec<f64>,
     /// What each factor of the system stands for, in words.
     pub factors: Vec<String>,
-    /// The least and the largest density of the bodies in the box, in parts of the fluid's; `None`
-    /// where there are none.
-    pub density_ratios: Option<(f64, f64)>,
-    /// Bodies in the box, and how many of them are free.
-    pub bodies: usize,
-    #[allow(missing_docs)]
-    pub free_bodies: usize,
+    /// The bodies in the box.
+    pub bodies: BodiesInBox,
     /// The solver of the run, its PETSc options, and PETSc's version.
     pub solver: String,
     #[allow(missing_docs)]
@@ -59,28 +58,15 @@ pub struct Exported {
     pub petsc: String,
 }
 
-/// Waits for the step of the solve that is wanted.
+/// How many bodies a system has.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Awaited {
-    wanted: Wanted,
-    /// The length (s) of the step, once it has begun.
-    dt: Option<f64>,
-}
-
-impl Awaited {
-    /// Lets the scene keep the system, where the step of `dt` (s) that comes next is the one.
-    pub fn see_step<const D: usize>(&mut self, scene: &mut Scene<D>, dt: f64) {
-        let next = scene.state.steps + 1;
-        let end = scene.state.time + dt;
-        let comes = match self.wanted.moment {
-            Moment::Step(step) => step == next,
-            Moment::Time(time) => end >= time * (1.0 - 1e-9),
-        };
-        if comes {
-            self.dt = Some(dt);
-            scene.domain.projection.keep_system_of(self.wanted.solve);
-        }
-    }
+pub struct BodiesInBox {
+    /// All of them.
+    pub count: usize,
+    /// Those that are free.
+    pub free: usize,
+    /// The least and the largest density, in parts of the fluid's; `None` where there are none.
+    pub density_ratios: Option<(f64, f64)>,
 }
 
 /// Runs the case of a request, as `mics run` does, to the solve that is wanted, and returns its
@@ -123,67 +109,119 @@ fn export<const D: usize>(request: &Request, loaded: &Loaded, wanted: Wanted) ->
     }
     check_memory(loaded, &session)?;
     let interrupt = Interrupt::listen()?;
-    let mut run = Run::<D>::new(&session, loaded, request, None, interrupt, None)?;
-    run.awaited = Some(Awaited { wanted, dt: None });
-    run.reach_system(wanted)
+    let case = &loaded.case;
+    let (scene, _) = ended::begin::<D>(&session, case)?;
+    crate::check::refuse(loaded, &scene)?;
+    let export = Export {
+        case,
+        stepper: Stepper::new(case, scene),
+        progress: Progress::new(!request.quiet, case.time.end, None),
+        log: Log::new(!request.quiet),
+        interrupt,
+        wanted,
+    };
+    export.reach_system()
 }
 
-impl<const D: usize> Run<'_, D> {
+/// A run to the solve that is wanted.
+struct Export<'a, const D: usize> {
+    case: &'a Case,
+    stepper: Stepper<'a, D>,
+    progress: Progress,
+    log: Log,
+    interrupt: Interrupt,
+    wanted: Wanted,
+}
+
+impl<const D: usize> Export<'_, D> {
     /// Steps to the solve that is wanted.
-    fn reach_system(&mut self, wanted: Wanted) -> Result<Exported> {
-        let mut pending = self.pending();
-        self.progress.begin(0, self.scene.state.time);
-        while self.scene.state.time < self.case.time.end * (1.0 - 1e-12) {
-            self.began = (self.scene.state.steps, self.scene.state.time);
-            let Some(came) = self.pass_boundaries()? else { break };
-            let stepped = self.step(came, &mut pending);
-            if let Some(dt) = self.awaited.and_then(|awaited| awaited.dt) {
-                return match self.scene.domain.projection.take_system() {
-                    (_, Some(system)) => self.exported(system, dt),
-                    (solves, None) => self.failed(stepped).and(Err(self.unsolved(&wanted, solves))),
+    fn reach_system(mut self) -> Result<Exported> {
+        self.progress.begin(0, self.stepper.scene.state.time);
+        let mut before = None;
+        while self.stepper.begin_step() {
+            let passed = self.stepper.pass_boundaries(before)?;
+            let ending = passed.ending(self.stepper.scene.state.time);
+            ending.iter().for_each(|line| self.log.say(line));
+            if passed.last.is_some() {
+                break;
+            }
+            let planned = self.stepper.plan(before.filter(|_| !passed.came))?;
+            let comes = self.is_wanted(planned.dt);
+            if comes {
+                self.stepper.scene.domain.projection.keep_system_of(self.wanted.solve);
+            }
+            let stepped = self.step(&planned);
+            if comes {
+                return match self.stepper.scene.domain.projection.take_system() {
+                    (_, Some(system)) => self.exported(system, planned.dt),
+                    (solves, None) => self.failed(stepped).and(Err(self.unsolved(solves))),
                 };
             }
             let outcome = self.failed(stepped)?;
-            self.show_progress(outcome.dt, outcome.projected.divergence_max, &pending);
+            before = Some(outcome.dt);
+            self.show_progress(&outcome);
             if self.interrupt.asked() {
                 return Err(Error::Interrupted("interrupted; nothing was written".into()));
             }
         }
-        let steps = self.scene.state.steps;
-        let time = self.scene.state.time;
+        let state = &self.stepper.scene.state;
         Err(Error::Usage(format!(
-            "the run ends with step {steps}, at t = {time} s: give an earlier step, or a later end \
-            (--set time.end=...)"
+            "the run ends with step {}, at t = {} s: give an earlier step, or a later end (--set \
+            time.end=...)",
+            state.steps, state.time
         )))
+    }
+
+    /// Whether the step that comes next, of `dt` (s), is the one of the solve that is wanted.
+    fn is_wanted(&self, dt: f64) -> bool {
+        let state = &self.stepper.scene.state;
+        match self.wanted.moment {
+            Moment::Step(step) => step == state.steps + 1,
+            Moment::Time(time) => state.time + dt >= time * (1.0 - 1e-9),
+        }
+    }
+
+    fn step(&mut self, planned: &Planned) -> Result<StepOutcome> {
+        let outcome = self.stepper.step(planned)?;
+        self.stepper.judge(&outcome)?;
+        Ok(outcome)
+    }
+
+    /// Shows how far the run is, where that is due, after a step.
+    fn show_progress(&mut self, outcome: &StepOutcome) {
+        if self.progress.due() {
+            let end = self.case.time.end;
+            let line =
+                self.progress.take(Record { end, ..outcome.progress(&self.stepper.scene.state) });
+            line.into_iter().for_each(|line| self.log.say(&line));
+        }
     }
 
     /// A step's failure, with the step.
     fn failed<T>(&self, stepped: Result<T>) -> Result<T> {
         stepped.map_err(|failed| match failed {
             refused @ Error::Usage(_) => refused,
-            failed => Error::Run(format!(
-                "step {}, from t = {:.6} s: {failed}; nothing was written",
-                self.began.0 + 1,
-                self.began.1
-            )),
+            failed => {
+                Error::Run(format!("{}: {failed}; nothing was written", self.stepper.names_step()))
+            }
         })
     }
 
     /// The refusal of a solve that a step has not.
-    fn unsolved(&self, wanted: &Wanted, solves: u64) -> Error {
+    fn unsolved(&self, solves: u64) -> Error {
         Error::Usage(format!(
-            "step {}, from t = {:.6} s, solves for the pressure {solves} times (0: its velocities \
-            are free of divergence as they are): there is no --solve {}",
-            self.began.0 + 1,
-            self.began.1,
-            wanted.solve
+            "{}, solves for the pressure {solves} times (0: its velocities are free of divergence \
+            as they are): there is no --solve {}",
+            self.stepper.names_step(),
+            self.wanted.solve
         ))
     }
 
     /// What is to be said of a system of a step of `dt` (s) that has just ended, or failed.
     fn exported(&self, system: System, dt: f64) -> Result<Exported> {
-        let domain = &self.scene.domain;
-        let bodies = &self.scene.state.bodies;
+        let scene = &self.stepper.scene;
+        let domain = &scene.domain;
+        let bodies = &scene.state.bodies;
         let ratios = bodies.iter().map(|body| body.density / domain.fluid.density);
         let least = ratios.clone().fold(f64::INFINITY, f64::min);
         let axis = |a: usize| ["x", "y", "z"][a];
@@ -198,18 +236,20 @@ impl<const D: usize> Run<'_, D> {
             Origin::HeldMean => "the drive holds the mean velocity (a negative weight)".into(),
         });
         Ok(Exported {
-            step: self.began.0 + 1,
-            time: self.began.1 + dt,
+            step: self.stepper.number(),
+            time: self.stepper.began_at() + dt,
             dt,
             cells: domain.grid.cells.to_vec(),
             spacing: domain.grid.h.to_vec(),
             factors: factors.collect(),
-            density_ratios: (!bodies.is_empty()).then(|| (least, ratios.fold(0.0, f64::max))),
-            bodies: bodies.len(),
-            free_bodies: bodies.iter().filter(|body| body.freedom().is_some()).count(),
-            solver: self.scene.solver()?,
-            options: self.session.options()?,
-            petsc: self.session.version(),
+            bodies: BodiesInBox {
+                count: bodies.len(),
+                free: bodies.iter().filter(|body| body.freedom().is_some()).count(),
+                density_ratios: (!bodies.is_empty()).then(|| (least, ratios.fold(0.0, f64::max))),
+            },
+            solver: scene.solver()?,
+            options: domain.session.options()?,
+            petsc: domain.session.version(),
             system,
         })
     }

@@ -1,77 +1,152 @@
-//! What a run writes as it goes: rows, snapshots, samples of measures and probes, `run.json`.
+//! What a run writes as it goes, and when: rows, snapshots, lines of probes, progress, the log.
 //! Rank 0 writes, and all ranks know of a failure.
 
-use super::restart::Restart;
-use super::{Run, StepOutcome, Wishes};
+use super::measures::Measures;
+use super::schedule::Schedule;
+use super::stepper::{Passed, StepOutcome, Stepper};
+use crate::Result;
+use crate::archive::{Archive, Checkpointed};
 use crate::clock::Stage;
-use crate::config::FixedRows;
-use crate::output::measure::Series;
-use crate::output::{Folder, Log, StepRow, fields_file, snapshot};
+use crate::config::{Case, FixedRows};
+use crate::output::progress::Progress;
+use crate::output::{Folder, Log, Marks, StepRow, fields_file, snapshot};
 use crate::particles::{Body, Motion};
+use crate::petsc::Session;
 use crate::scene::Scene;
-use crate::system::host;
-use crate::{Error, Result};
-use serde_json::{Map, Value, json};
+use crate::state::State;
+use mics_run::progress::Record;
+use serde_json::Value;
+use std::path::PathBuf;
 
-impl<const D: usize> Run<'_, D> {
-    /// Writes a row of `steps.csv`; what ranks wish for is agreed on with it.
-    pub(super) fn write_row(&mut self, outcome: StepOutcome) -> Result<Wishes> {
+/// The records of a run.
+pub(super) struct Records<'a, const D: usize> {
+    pub session: &'a Session,
+    pub case: &'a Case,
+    pub out: PathBuf,
+    /// On rank 0.
+    pub folder: Option<Folder>,
+    pub log: Log,
+    pub progress: Progress,
+    pub measures: Measures<D>,
+    pub written: Written,
+    /// When snapshots are due, and rows of particles.
+    pub due: Due,
+}
+
+/// The newest of what has been written and need not be written twice.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Written {
+    /// Time of the newest snapshot (s).
+    pub fields: Option<f64>,
+    /// Step of the newest rows of particles.
+    pub rows: Option<u64>,
+}
+
+impl Checkpointed for Written {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        archive.serialize([&mut self.fields, &mut self.rows])
+    }
+}
+
+/// When snapshots and rows of particles are due.
+pub(super) struct Due {
+    fields: Schedule,
+    particles: Schedule,
+}
+
+impl Due {
+    /// As a case says, from `time` (s) on.
+    pub fn new(case: &Case, time: f64) -> Due {
+        Due {
+            fields: Schedule::new(case.output.fields, time),
+            particles: Schedule::new(Some(case.output.rows()), time),
+        }
+    }
+}
+
+impl<const D: usize> Records<'_, D> {
+    /// Rank 0 writes; a failure there is a failure everywhere.
+    fn on_lead(&mut self, write: impl FnOnce(&mut Folder, &mut Log) -> Result<()>) -> Result<()> {
+        let written = self.folder.as_mut().map_or(Ok(()), |folder| write(folder, &mut self.log));
+        self.session.agree(written)
+    }
+
+    /// Writes the state at time 0. Collective.
+    pub fn write_start(&mut self, scene: &mut Scene<D>) -> Result<()> {
+        self.write_particles(&scene.state)?;
+        self.write_fields(scene)?;
+        self.record(scene)
+    }
+
+    /// Writes a row of `steps.csv`, at so many seconds of the run. A failure is this rank's alone.
+    pub fn write_row(&mut self, scene: &Scene<D>, outcome: &StepOutcome, wall: f64) -> Result<()> {
+        let Some(folder) = &mut self.folder else { return Ok(()) };
+        let s = &scene.state;
         let row = StepRow {
-            step: self.scene.state.steps,
-            time: self.scene.state.time,
+            step: s.steps,
+            time: s.time,
             dt: outcome.dt,
             outer: outcome.projected.outer,
             krylov: outcome.projected.krylov,
             divergence_max: outcome.projected.divergence_max,
             cfl: outcome.cfl,
-            kinetic_energy: self.scene.state.energy.kinetic(),
-            wall: self.wall(),
+            kinetic_energy: s.energy.kinetic(),
+            wall,
         };
-        let scene = &self.scene;
-        let log = &mut self.log;
-        let written = self.folder.as_mut().map_or(Ok(()), |folder| {
-            let s = &scene.state;
-            folder.write_step(&row, s)?;
-            folder.write_solves(row.step, row.time, scene.domain.projection.solves())?;
-            folder.flush_when_due(log)
-        });
-        // One message for all three, every step.
-        let flags = [written.is_err(), self.interrupt.asked(), self.checkpoints.due(row.step)];
-        let mut anywhere = flags.map(f64::from);
-        self.session.max(&mut anywhere)?;
-        let [failed, stop, checkpoint] = anywhere.map(|flag| flag > 0.0);
-        written?;
-        if failed {
-            Err(Error::Run("rank 0 failed".into()))
-        } else {
-            Ok(Wishes { stop, checkpoint })
+        folder.write_step(&row, s)?;
+        folder.write_solves(row.step, row.time, scene.domain.projection.solves())?;
+        folder.flush_when_due(&mut self.log)
+    }
+
+    /// Writes what is due after a step beside its row. Collective.
+    pub fn write_due(&mut self, scene: &mut Scene<D>, outcome: &StepOutcome) -> Result<()> {
+        let step = scene.state.steps;
+        let time = scene.state.time;
+        if self.due.particles.due(step, time) {
+            self.write_particles(&scene.state)?;
         }
+        self.measures.sample(scene, outcome.speed)?;
+        self.record(scene)?;
+        self.show_progress(&scene.state, outcome);
+        scene.domain.clock.lap(Stage::Logs);
+        if self.due.fields.due(step, time) {
+            self.write_fields(scene)?;
+        }
+        Ok(())
     }
 
     /// Writes the solves of a step of `dt` (s) that failed: they may show why.
-    pub(super) fn write_failed_solves(&mut self, dt: f64) {
-        let (steps, time) = self.began;
+    pub fn write_failed_solves(&mut self, stepper: &Stepper<D>, dt: f64) {
         if let Some(folder) = &mut self.folder {
+            let solves = stepper.scene.domain.projection.solves();
             // The step's own failure is what counts.
-            let solves = self.scene.domain.projection.solves();
-            let _ = folder.write_solves(steps + 1, time + dt, solves);
+            let _ = folder.write_solves(stepper.number(), stepper.began_at() + dt, solves);
         }
     }
 
-    /// Seconds that the run has taken, in all its sessions.
-    pub(super) fn wall(&self) -> f64 {
-        self.account.wall + self.started.elapsed().as_secs_f64()
+    /// Writes which bodies have passed the boundaries. Collective.
+    pub fn write_passages(&mut self, state: &State<D>, passed: &Passed) -> Result<()> {
+        for passage in &passed.passages {
+            let time = state.time;
+            let body = &passage.body;
+            self.on_lead(|folder, log| {
+                let passes = if passage.what == "entered" { "came in" } else { passage.what };
+                log.say(&format!("particle {} {passes} at t = {time:.6} s", body.id));
+                folder.write_passage(state.steps, time, passage.what, body)
+            })?;
+        }
+        Ok(())
     }
 
-    pub(super) fn write_particles(&mut self) -> Result<()> {
-        if self.account.last_rows == Some(self.scene.state.steps) {
+    /// Writes the rows of the particles, unless this step has them. Collective.
+    fn write_particles(&mut self, s: &State<D>) -> Result<()> {
+        if self.written.rows == Some(s.steps) {
             return Ok(());
         }
-        self.account.last_rows = Some(self.scene.state.steps);
+        self.written.rows = Some(s.steps);
         let rule = self.case.coupling.wall.force();
         let fixed = self.case.output.fixed_rows();
-        self.on_lead(|folder, scene, _| {
-            let s = &scene.state;
+        self.on_lead(|folder, _| {
             let shown = |body: &Body| {
                 let rests = body.motion == Motion::Fixed && !body.is_obstacle();
                 !rests || fixed == FixedRows::Always || s.steps == 0
@@ -81,49 +156,36 @@ impl<const D: usize> Run<'_, D> {
         })
     }
 
-    pub(super) fn write_fields(&mut self) -> Result<()> {
-        let path = self.out.join("fields").join(fields_file(self.scene.state.steps));
-        snapshot::write(&mut self.scene, &path)?;
-        self.account.last_fields = Some(self.scene.state.time);
-        self.series.iter_mut().try_for_each(|s| s.take_fields(&self.scene))?;
+    /// Writes a snapshot, unless there is one of this time. Collective.
+    pub fn write_last_fields(&mut self, scene: &mut Scene<D>) -> Result<()> {
+        match self.written.fields == Some(scene.state.time) {
+            true => Ok(()),
+            false => self.write_fields(scene),
+        }
+    }
+
+    /// Writes a snapshot. Collective.
+    fn write_fields(&mut self, scene: &mut Scene<D>) -> Result<()> {
+        let path = self.out.join("fields").join(fields_file(scene.state.steps));
+        snapshot::write(scene, &path)?;
+        self.written.fields = Some(scene.state.time);
+        self.measures.take_fields(scene)?;
         // A figure of the fields shows the particles where they are.
-        self.write_particles()?;
-        self.on_lead(|folder, scene, log| {
-            let s = &scene.state;
+        self.write_particles(&scene.state)?;
+        let s = &scene.state;
+        self.on_lead(|folder, log| {
             folder.take_snapshot(s.steps, s.time, &s.bodies, &s.exchange)?;
             folder.flush(log)
         })?;
-        self.scene.domain.clock.lap(Stage::Fields);
+        scene.domain.clock.lap(Stage::Fields);
         Ok(())
     }
 
-    /// Rank 0 writes; a failure there is a failure everywhere.
-    pub(super) fn on_lead(
-        &mut self,
-        write: impl FnOnce(&mut Folder, &Scene<D>, &mut Log) -> Result<()>,
-    ) -> Result<()> {
-        let written =
-            self.folder.as_mut().map_or(Ok(()), |folder| write(folder, &self.scene, &mut self.log));
-        self.session.agree(written)
-    }
-
-    /// Gives every measure the state after a step; the one at time 0 has exchanged nothing yet.
-    pub(super) fn sample(&mut self, speed: f64) -> Result<()> {
-        if self.scene.state.steps > 0 {
-            let mut series = self.series.iter_mut();
-            series.try_for_each(|series| series.take(&self.scene, speed))?;
-        }
-        Ok(())
-    }
-
-    /// Statistics and probes.
-    pub(super) fn record(&mut self) -> Result<()> {
-        if let Some(statistics) = &mut self.statistics {
-            statistics.take(&mut self.scene);
-        }
+    /// Takes the state into statistics, and writes the lines of the probes. Collective.
+    fn record(&mut self, scene: &mut Scene<D>) -> Result<()> {
         let folder = &mut self.folder;
         let mut written = Ok(());
-        self.probes.record(&mut self.scene, |line| {
+        self.measures.record(scene, |line| {
             if let (Some(folder), Ok(())) = (folder.as_mut(), &written) {
                 written = folder.write_probe(line);
             }
@@ -132,34 +194,36 @@ impl<const D: usize> Run<'_, D> {
         written
     }
 
-    /// The measures that have a value so far, by name.
-    pub(super) fn values(&self) -> Map<String, Value> {
-        self.table(|series| Some(json!(series.value()?)))
+    /// Shows how far the run is, where that is due, after a step.
+    fn show_progress(&mut self, state: &State<D>, outcome: &StepOutcome) {
+        if self.progress.due() {
+            let measures = self.measures.values();
+            let line = self.progress.take(Record {
+                end: self.case.time.end,
+                measures,
+                ..outcome.progress(state)
+            });
+            line.into_iter().for_each(|line| self.log.say(&line));
+        }
     }
 
-    /// What measures give of something, by name.
-    pub(super) fn table(&self, of: impl Fn(&Series) -> Option<Value>) -> Map<String, Value> {
-        let row = |series: &Series| Some((series.name().to_owned(), of(series)?));
-        self.series.iter().filter_map(row).collect()
+    /// Writes a JSON file of the run. Collective.
+    pub fn write_json(&mut self, name: &str, value: &Value) -> Result<()> {
+        self.on_lead(|folder, _| folder.write_json(name, value))
     }
 
-    /// Writes `run.json`: the program, the machine and the solver; `ended` is the time of day.
-    pub(super) fn write_run(&mut self, ended: Option<&str>) -> Result<()> {
-        let options = self.session.options()?;
-        let solver = self.scene.solver()?;
-        let words: Vec<String> = std::env::args().collect();
-        let record = json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "git_commit": self.commit,
-            "command": words,
-            "petsc_version": self.session.version(),
-            "petsc_options": options,
-            "ranks": self.session.size(),
-            "host": host(), "pid": std::process::id(), "start": self.account.began, "end": ended,
-            "resumed_after_step": self.restart.as_ref().map(Restart::step),
-            "solver": solver,
-            "needs": self.scene.needs(),
-        });
-        self.on_lead(|folder, _, _| folder.write_json("run.json", &record))
+    /// Says why the run ends, which the program does on standard error, in the log.
+    pub fn keep_error(&mut self, words: &str) {
+        self.log.keep(words);
+        let _ = self.on_lead(|folder, log| folder.flush(log));
+    }
+
+    /// Brings all that is written so far to the disk, and says how far it has come. Collective.
+    pub fn mark(&mut self) -> Result<Marks> {
+        let marked = self
+            .folder
+            .as_mut()
+            .map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log, &self.progress));
+        self.session.agree(marked)
     }
 }

@@ -1,101 +1,18 @@
-//! Checkpoints of a run: what it counts, writing one, going on from one.
+//! Checkpoints of a run: when one is due, what it holds, going on from one.
 
-use super::Run;
+use super::cost::Account;
+use super::measures::Measures;
+use super::record::Written;
 use crate::archive::{Archive, Checkpointed};
-use crate::clock::Clock;
 use crate::config::{Case, Loaded, Measure, written};
 use crate::output::checkpoint::{self, Header, Reader, Writer};
-use crate::output::measure::{self, Series};
-use crate::output::statistics::Statistics;
+use crate::output::measure;
 use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
-use crate::poisson::pressure::Projected;
 use crate::scene::Scene;
-use crate::system::{cpu_seconds, now};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// What a run has counted so far, in all its sessions.
-#[derive(Clone, Debug, Default)]
-pub struct Account {
-    /// When it began, in words.
-    pub began: String,
-    /// Seconds that it took before this session, those of all cores, and where they went.
-    pub wall: f64,
-    #[allow(missing_docs)]
-    pub cpu: f64,
-    #[allow(missing_docs)]
-    pub clock: Clock,
-    /// Largest |D| (1/s).
-    pub divergence_max: f64,
-    /// C-HSMAC iterations, Krylov iterations, solves that were repeated, setups of the
-    /// preconditioner.
-    pub outer: u64,
-    #[allow(missing_docs)]
-    pub krylov: u64,
-    #[allow(missing_docs)]
-    pub retries: u64,
-    #[allow(missing_docs)]
-    pub setups: u64,
-    /// The last step (s).
-    pub dt: Option<f64>,
-    /// Time of the newest snapshot (s).
-    pub last_fields: Option<f64>,
-    /// Step of the newest rows of particles.
-    pub last_rows: Option<u64>,
-}
-
-impl Account {
-    /// That of a run that begins now.
-    pub(super) fn begin() -> Account {
-        Account { began: now(), ..Account::default() }
-    }
-
-    /// Counts a step of `dt` (s).
-    pub(super) fn count(&mut self, dt: f64, projected: &Projected) {
-        self.dt = Some(dt);
-        self.divergence_max = self.divergence_max.max(projected.divergence_max);
-        self.outer += u64::from(projected.outer);
-        self.krylov += u64::from(projected.krylov);
-        self.retries += u64::from(projected.retries);
-        self.setups += u64::from(projected.setups);
-    }
-}
-
-impl Checkpointed for Account {
-    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let Account {
-            began,
-            wall,
-            cpu,
-            clock,
-            divergence_max,
-            outer,
-            krylov,
-            retries,
-            setups,
-            dt,
-            last_fields,
-            last_rows,
-        } = self;
-        archive.label("run")?;
-        archive.serialize([
-            began,
-            wall,
-            cpu,
-            clock,
-            divergence_max,
-            outer,
-            krylov,
-            retries,
-            setups,
-            dt,
-            last_fields,
-            last_rows,
-        ])
-    }
-}
 
 /// When checkpoints are due and when the last one was written.
 pub(super) struct Checkpoints {
@@ -119,74 +36,58 @@ impl Checkpoints {
             }
         }
     }
-}
 
-impl<const D: usize> Run<'_, D> {
-    /// Writes a checkpoint, unless this step has one. Collective.
-    pub(super) fn checkpoint(&mut self) -> Result<()> {
-        let step = self.scene.state.steps;
-        if self.checkpoints.newest == Some(step) {
-            return Ok(());
-        }
-        let marked = self
-            .folder
-            .as_mut()
-            .map_or(Ok(Marks::default()), |folder| folder.mark(&mut self.log, &self.progress));
-        let mut marks = self.session.agree(marked)?;
-        let mut writer = Writer::begin(self.session, &self.out, step)?;
+    /// Writes a checkpoint into a run's folder. Collective.
+    pub fn write<const D: usize>(
+        &mut self,
+        session: &Session,
+        run: &Path,
+        mut contents: Contents<D>,
+    ) -> Result<()> {
+        let step = contents.scene.state.steps;
+        let mut writer = Writer::begin(session, run, step)?;
         let mut header = Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            case: self.case.to_toml(),
-            ranks: self.session.size() as u64,
+            case: contents.case.to_toml(),
+            ranks: session.size() as u64,
         };
-        let mut cpu = [cpu_seconds()];
-        let clock = self.scene.domain.clock.clone();
-        self.session.sum(&mut cpu)?;
-        let mut account = Account {
-            wall: self.wall(),
-            cpu: self.account.cpu + cpu[0],
-            clock,
-            ..self.account.clone()
-        };
-        let mut archive = Archive::write(self.session, &mut writer);
+        let mut archive = Archive::write(session, &mut writer);
         header.serialize(&mut archive)?;
-        serialize(
-            &mut archive,
-            &mut account,
-            &mut self.series,
-            &mut marks,
-            &mut self.statistics,
-            self.case,
-            &mut self.scene,
-        )?;
+        contents.serialize(&mut archive)?;
         archive.finish()?;
-        writer.commit(self.session)?;
-        self.checkpoints = Checkpoints::new(self.case.output.checkpoint, Some(step));
+        writer.commit(session)?;
+        *self = Checkpoints::new(self.every, Some(step));
         Ok(())
     }
 }
 
-/// The one order of a checkpoint after its header.
-fn serialize<const D: usize>(
-    archive: &mut Archive,
-    account: &mut Account,
-    series: &mut [Series],
-    marks: &mut Marks,
-    statistics: &mut Option<Statistics<D>>,
-    case: &Case,
-    scene: &mut Scene<D>,
-) -> Result<()> {
-    account.serialize(archive)?;
-    archive.each("measures", series)?;
-    marks.serialize(archive)?;
-    let mut ids = scene.ids();
-    archive.label("roster")?;
-    ids.serialize(archive)?;
-    scene.keep_only(case, &ids)?;
-    scene.state.serialize(&scene.domain.grid, archive)?;
-    statistics
-        .as_mut()
-        .map_or(Ok(()), |statistics| statistics.serialize(&scene.domain.grid, archive))
+/// What a checkpoint holds after its header.
+pub(super) struct Contents<'a, const D: usize> {
+    pub account: &'a mut Account,
+    pub written: &'a mut Written,
+    pub measures: &'a mut Measures<D>,
+    pub marks: &'a mut Marks,
+    pub case: &'a Case,
+    pub scene: &'a mut Scene<D>,
+}
+
+impl<const D: usize> Contents<'_, D> {
+    /// Writes or reads all of it, in its one order. Collective.
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        self.account.serialize(archive)?;
+        self.written.serialize(archive)?;
+        archive.each("measures", &mut self.measures.series)?;
+        self.marks.serialize(archive)?;
+        let scene = &mut *self.scene;
+        let mut ids = scene.ids();
+        archive.label("roster")?;
+        ids.serialize(archive)?;
+        scene.keep_only(self.case, &ids)?;
+        let grid = &scene.domain.grid;
+        scene.state.serialize(grid, archive)?;
+        let statistics = self.measures.statistics.as_mut();
+        statistics.map_or(Ok(()), |statistics| statistics.serialize(grid, archive))
+    }
 }
 
 /// A checkpoint to go on from, its header read.
@@ -250,17 +151,11 @@ impl Restart {
     pub fn read_contents<const D: usize>(
         &mut self,
         session: &Session,
-        account: &mut Account,
-        series: &mut [Series],
-        statistics: &mut Option<Statistics<D>>,
-        case: &Case,
-        scene: &mut Scene<D>,
-    ) -> Result<Marks> {
-        let mut marks = Marks::default();
+        mut contents: Contents<D>,
+    ) -> Result<()> {
         let mut archive = Archive::read(session, &mut self.rest);
-        let whole = serialize(&mut archive, account, series, &mut marks, statistics, case, scene);
-        session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))?;
-        Ok(marks)
+        let whole = contents.serialize(&mut archive);
+        session.agree(whole).and_then(|()| archive.finish()).map_err(|e| misfit(&self.path, e))
     }
 
     /// Reads it into the scene and what the run counts. Collective.
@@ -270,26 +165,18 @@ impl Restart {
     pub fn read<const D: usize>(
         &mut self,
         session: &Session,
-        account: &mut Account,
-        series: &mut [Series],
-        statistics: &mut Option<Statistics<D>>,
         loaded: &Loaded,
-        scene: &mut Scene<D>,
-    ) -> Result<Marks> {
+        contents: Contents<D>,
+    ) -> Result<()> {
         let before = self.case().map_err(|why| misfit(&self.path, Error::Usage(why)))?;
-        let mut kept = measure::series(&before);
-        let marks =
-            self.read_contents(session, account, &mut kept, statistics, &loaded.case, scene)?;
+        let Contents { account, written, measures, marks, case, scene } = contents;
+        let wanted = std::mem::replace(&mut measures.series, measure::series(&before));
+        let read = Contents { account, written, measures, marks, case, scene };
+        self.read_contents(session, read)?;
         scene.resume().map_err(|e| misfit(&self.path, e))?;
         scene.domain.clock.add(&account.clock);
-        for new in series.iter_mut() {
-            match kept.iter().position(|old| old.measure().is_of(new.measure())) {
-                Some(at) => new.take_over(kept.swap_remove(at)),
-                None => new.begin_at(scene.state.time),
-            }
-        }
-        self.refuse_passed_limits(loaded, account, scene.state.time)?;
-        Ok(marks)
+        measures.go_on_with(wanted, scene.state.time);
+        self.refuse_passed_limits(loaded, account, scene.state.time)
     }
 
     /// Takes up the run's folder. To be called by rank 0, once all else is known to fit.

@@ -20,34 +20,55 @@ pub struct EnergyBudget {
     pub springs: f64,
     /// The three at the start.
     pub start: f64,
-    /// Work of gravity, less buoyancy, on the free bodies.
-    pub gravity: f64,
-    /// Work of the drive on fluid and bodies.
-    pub drive: f64,
-    /// Work of the sides of the box on the fluid: pressure, what flows through them, moving walls;
-    /// and of these on bodies.
-    pub boundaries: f64,
-    /// Work of prescribed bodies on the fluid and on the bodies that they touch.
-    pub prescribed: f64,
-    /// What viscosity has taken from the fluid where the grid has its velocity.
-    pub viscous: f64,
-    /// What contacts have taken: their dampers, and the fluid in the gaps that substeps carry.
-    pub contacts: f64,
-    /// What friction has taken.
-    pub friction: f64,
-    /// What is left: the dissipation by the method itself, by upwinding and in the layers of cells
-    /// at walls. Negative, it has made energy.
-    pub method: f64,
+    /// Work on fluid and bodies.
+    pub work: SuppliedWork,
+    /// What has gone.
+    pub losses: EnergyLosses,
     /// Energy that contacts would have made, and that the bound on their work has kept from them.
     pub bounded: f64,
     /// The largest sum of the start and all work in either direction.
     pub(crate) largest: f64,
-    /// What viscosity took (W) when that was last sampled, and how long ago (s).
-    pub(crate) dissipated: f64,
-    pub(crate) since: f64,
-    /// Power of the sides of the box and of the drive after the last step (W).
-    pub(crate) given: f64,
-    pub(crate) driven: f64,
+    /// What the next step goes on with.
+    pub(crate) powers: EnergyPowers,
+}
+
+/// Work on fluid and bodies since the start (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SuppliedWork {
+    /// Of gravity, less buoyancy, on the free bodies.
+    pub gravity: f64,
+    /// Of the drive on fluid and bodies.
+    pub drive: f64,
+    /// Of the sides of the box on the fluid: pressure, what flows through them, moving walls; and
+    /// of these on bodies.
+    pub boundaries: f64,
+    /// Of prescribed bodies on the fluid and on the bodies that they touch.
+    pub prescribed: f64,
+}
+
+/// What has taken energy since the start (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnergyLosses {
+    /// Viscosity, where the grid has the fluid's velocity.
+    pub viscous: f64,
+    /// Contacts: their dampers, and the fluid in the gaps that substeps carry.
+    pub contacts: f64,
+    /// Friction.
+    pub friction: f64,
+    /// What is left: the dissipation by the method itself, by upwinding and in the layers of cells
+    /// at walls. Negative, it has made energy.
+    pub method: f64,
+}
+
+/// Powers as they were last found (W).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct EnergyPowers {
+    /// What viscosity took when that was last sampled, and how long ago (s).
+    pub dissipated: f64,
+    pub since: f64,
+    /// Of the sides of the box and of the drive after the last step.
+    pub boundaries: f64,
+    pub drive: f64,
 }
 
 impl EnergyBudget {
@@ -71,42 +92,35 @@ impl EnergyBudget {
         self.largest = self.scale();
     }
 
+    /// The start and all work, which may have been given back.
+    pub fn supplied(&self) -> f64 {
+        let SuppliedWork { gravity, drive, boundaries, prescribed } = self.work;
+        self.start + gravity + drive + boundaries + prescribed
+    }
+
     fn moved(&self) -> f64 {
-        self.start
-            + self.gravity.abs()
-            + self.drive.abs()
-            + self.boundaries.abs()
-            + self.prescribed.abs()
+        let SuppliedWork { gravity, drive, boundaries, prescribed } = self.work;
+        self.start + gravity.abs() + drive.abs() + boundaries.abs() + prescribed.abs()
+    }
+
+    /// What the method has taken: what of the energy supplied is nowhere, and taken by nothing
+    /// else.
+    pub(crate) fn missing(&self) -> f64 {
+        let EnergyLosses { viscous, contacts, friction, .. } = self.losses;
+        self.supplied() - viscous - contacts - friction - self.total()
     }
 }
 
 impl Checkpointed for EnergyBudget {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
-        let EnergyBudget {
-            fluid,
-            bodies,
-            springs,
-            start,
-            gravity,
-            drive,
-            boundaries,
-            prescribed,
-            viscous,
-            contacts,
-            friction,
-            method,
-            bounded,
-            largest,
-            dissipated,
-            since,
-            given,
-            driven,
-        } = self;
+        let EnergyBudget { fluid, bodies, springs, start, work, losses, bounded, largest, powers } =
+            self;
+        let SuppliedWork { gravity, drive, boundaries, prescribed } = work;
+        let EnergyLosses { viscous, contacts, friction, method } = losses;
         archive.serialize([fluid, bodies, springs, start])?;
-        archive.serialize([drive, driven, bounded, largest])?;
-        archive.serialize([
-            gravity, boundaries, prescribed, viscous, contacts, friction, method, dissipated,
-            given, since,
-        ])
+        archive.serialize([drive, &mut powers.drive, bounded, largest])?;
+        archive
+            .serialize([gravity, boundaries, prescribed, viscous, contacts, friction, method])?;
+        archive.serialize([&mut powers.dissipated, &mut powers.boundaries, &mut powers.since])
     }
 }

@@ -236,7 +236,7 @@ fn line(case: &str, name: &str, c: &Comparison, run: &Summary) -> String {
         &error,
         &tolerance,
         c.verdict(),
-        &format!("{:.0}", run.wall_seconds),
+        &format!("{:.0}", run.cost.wall_seconds),
     ])
 }
 

@@ -44,7 +44,7 @@ pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> S
     let reference = c.reference;
     let tolerance = percent(c.tolerance);
     let steps = run.steps;
-    let seconds = run.wall_seconds;
+    let seconds = run.cost.wall_seconds;
     format!(
         "| {case} | {measure} | {value} | {reference} | {error} | {tolerance} | {verdict} | \
         {steps} | {seconds:.1} |"

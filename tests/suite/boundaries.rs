@@ -173,7 +173,7 @@ fn mirrored_stream_has_the_same_energy_budget() {
             scene.step(0.005).unwrap();
         }
         let e = scene.state.energy;
-        [e.viscous, e.method, e.boundaries].map(|part| part / e.fluid)
+        [e.losses.viscous, e.losses.method, e.work.boundaries].map(|part| part / e.fluid)
     };
     let [east, west] = [1.0, -1.0].map(spent);
     assert!(east.iter().zip(&west).all(|(a, b)| (a - b).abs() < 1e-8), "{east:?} {west:?}");

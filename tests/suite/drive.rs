@@ -101,7 +101,7 @@ fn mean_velocity_held_in_every_step_with_colliding_bodies() {
         let e = scene.state.energy;
         // The mixing takes a fourth of the energy where it cuts cells.
         let taken = if wall == "sharp" { 0.05 } else { 0.3 };
-        assert!(e.drive != 0.0 && e.method.abs() < taken * e.scale(), "{wall}: {e:?}");
+        assert!(e.work.drive != 0.0 && e.losses.method.abs() < taken * e.scale(), "{wall}: {e:?}");
     }
 }
 

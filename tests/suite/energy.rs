@@ -24,10 +24,16 @@ fn vortices(n: usize) -> f64 {
     let theory = 1.0 - (-16.0 * PI * PI * 5e-3 * 0.25f64).exp();
     assert!((1.0 - e.fluid / e.start - theory).abs() < 0.04 * theory, "{e:?} {theory}");
     assert_eq!(
-        (e.boundaries, e.gravity, e.prescribed, e.contacts, e.friction),
+        (
+            e.work.boundaries,
+            e.work.gravity,
+            e.work.prescribed,
+            e.losses.contacts,
+            e.losses.friction
+        ),
         (0.0, 0.0, 0.0, 0.0, 0.0)
     );
-    e.method.abs() / e.start
+    e.losses.method.abs() / e.start
 }
 
 #[test]
@@ -51,10 +57,11 @@ fn moving_wall_work_equals_viscous_loss() {
     }
     let (e, work) = (scene.state.energy, 0.02 * 0.2 * 1.2 * 1.2 * 0.5);
     assert!(
-        (e.boundaries / work - 1.0).abs() < 1e-10 && (e.viscous / work - 1.0).abs() < 1e-10,
+        (e.work.boundaries / work - 1.0).abs() < 1e-10
+            && (e.losses.viscous / work - 1.0).abs() < 1e-10,
         "{e:?} {work}"
     );
-    assert!(e.method.abs() < 1e-10 * work, "{e:?}");
+    assert!(e.losses.method.abs() < 1e-10 * work, "{e:?}");
 }
 
 /// In the first step the wall does its work on a fluid at rest, at a shear that one layer of cells
@@ -102,13 +109,18 @@ fn falling_disc_energy_budget_closes() {
     let (e, body) = (scene.state.energy, &scene.state.bodies[0]);
     let potential = 0.5 * body.volume() * (1.5 - body.centre.y);
     println!("{e:?}");
-    assert!((e.gravity / potential - 1.0).abs() < 0.01, "{} of {potential}", e.gravity);
+    assert!((e.work.gravity / potential - 1.0).abs() < 0.01, "{} of {potential}", e.work.gravity);
     // What viscosity takes in the cells at the wall is counted too high, the less the finer:
     // -0.0132, -0.0089, -0.0052, -0.0032 at 48, 64, 96, 128 cells a metre, whichever way it
     // falls.
-    assert!(e.method > -0.6 / 64.0 * e.gravity && e.method < 0.05 * e.gravity, "{e:?}");
     assert!(
-        e.viscous > 0.1 * e.gravity && e.bodies > 0.05 * e.gravity && e.fluid > 0.05 * e.gravity,
+        e.losses.method > -0.6 / 64.0 * e.work.gravity && e.losses.method < 0.05 * e.work.gravity,
+        "{e:?}"
+    );
+    assert!(
+        e.losses.viscous > 0.1 * e.work.gravity
+            && e.bodies > 0.05 * e.work.gravity
+            && e.fluid > 0.05 * e.work.gravity,
         "{e:?}"
     );
 }
@@ -128,13 +140,13 @@ fn rebound_contact_loss_matches_restitution() {
             scene.step(2e-3).unwrap();
         }
         let e = scene.state.energy;
-        let lost = e.contacts / e.start;
+        let lost = e.losses.contacts / e.start;
         assert!(
             (lost - (1.0 - restitution * restitution)).abs() < 0.02,
             "{wall} {restitution}: {lost} {e:?}"
         );
         assert!(
-            e.method.abs() < 5e-3 * e.start && e.friction.abs() < 1e-9 * e.start,
+            e.losses.method.abs() < 5e-3 * e.start && e.losses.friction.abs() < 1e-9 * e.start,
             "{wall} {restitution}: {e:?}"
         );
         assert!(e.springs.abs() < 1e-9 * e.start, "they have parted: {e:?}");
@@ -154,10 +166,13 @@ fn rebound_in_gas_under_gravity_loses_nothing_by_contact() {
     let mut most = 0.0f64;
     while scene.state.time < 0.08 {
         scene.step(5e-4).unwrap();
-        most = most.max(scene.state.energy.gravity);
+        most = most.max(scene.state.energy.work.gravity);
     }
     let e = scene.state.energy;
-    assert!(e.contacts.abs() < 4e-3 * most && e.method.abs() < 2e-3 * most, "{most}: {e:?}");
+    assert!(
+        e.losses.contacts.abs() < 4e-3 * most && e.losses.method.abs() < 2e-3 * most,
+        "{most}: {e:?}"
+    );
 }
 
 /// What viscosity takes between walls is that of the fluid between them: a channel of three or
@@ -183,7 +198,7 @@ fn narrow_channel_from_rest_has_no_energy_gain() {
             scene.step(5e-4).unwrap();
         }
         let e = scene.state.energy;
-        let share = e.method / e.drive;
+        let share = e.losses.method / e.work.drive;
         println!("{half}: {share:+.3}");
         assert!(share.abs() < most, "{half}: {share} {e:?}");
     }
@@ -217,8 +232,8 @@ fn impact_near_inflow_energy_does_not_depend_on_the_step() {
         let all = || budgets.iter().map(of);
         all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
     };
-    let given = budgets[0].prescribed;
-    let (boundaries, method) = (spread(&|e| e.boundaries), spread(&|e| e.method));
+    let given = budgets[0].work.prescribed;
+    let (boundaries, method) = (spread(&|e| e.work.boundaries), spread(&|e| e.losses.method));
     assert!(
         boundaries < 0.02 * given && method < 0.03 * given,
         "{boundaries} and {method} of {given}: {budgets:?}"
@@ -234,7 +249,11 @@ fn sliding_disc_loses_a_third_of_energy_to_friction() {
     }
     let (e, body) = (scene.state.energy, &scene.state.bodies[0]);
     let start = 0.5 * body.mass();
-    assert!((e.friction / start * 3.0 - 1.0).abs() < 0.05, "{} of {start}: {e:?}", e.friction);
+    assert!(
+        (e.losses.friction / start * 3.0 - 1.0).abs() < 0.05,
+        "{} of {start}: {e:?}",
+        e.losses.friction
+    );
 }
 
 /// What faces remember has to fade by viscosity too: in a flow that hardly moves nothing else takes
@@ -259,7 +278,8 @@ fn settling_sphere_in_creeping_flow_has_no_energy_gain() {
     let e = scene.state.energy;
     println!("{e:?}");
     assert!(
-        e.method.abs() < 0.05 * e.gravity && (e.viscous / e.gravity - 1.0).abs() < 0.1,
+        e.losses.method.abs() < 0.05 * e.work.gravity
+            && (e.losses.viscous / e.work.gravity - 1.0).abs() < 0.1,
         "{e:?}"
     );
 }
@@ -286,7 +306,10 @@ fn disc_in_creeping_flow_has_steady_speed_and_no_energy_gain() {
     let e = scene.state.energy;
     let spread = speeds.iter().fold(0.0f64, |most, v| most.max((v / speeds[0] - 1.0).abs()));
     assert!(speeds[0] < -1e-7 && spread < 2e-3, "{speeds:?}");
-    assert!(e.method.abs() < 0.2 * e.gravity && e.viscous > 0.5 * e.gravity, "{e:?}");
+    assert!(
+        e.losses.method.abs() < 0.2 * e.work.gravity && e.losses.viscous > 0.5 * e.work.gravity,
+        "{e:?}"
+    );
 }
 
 /// What flows in the pocket between a body that may move and two walls stays in the memory of the
@@ -310,7 +333,7 @@ fn disc_spinning_slowly_in_corner_has_no_energy_gain() {
         }
         let e = scene.state.energy;
         println!("{gap}: {e:?}");
-        assert!(e.method.abs() < 0.2 * e.prescribed, "{e:?}");
+        assert!(e.losses.method.abs() < 0.2 * e.work.prescribed, "{e:?}");
     }
 }
 
@@ -360,11 +383,11 @@ fn approaching_discs_in_long_steps_have_no_energy_gain() {
     let (start, mut least) = (scene.state.energy.start, 0.0f64);
     while scene.state.time < 0.6 {
         scene.step(0.4 * 0.2 / 8.0).unwrap();
-        least = least.min(scene.state.energy.method / start);
+        least = least.min(scene.state.energy.losses.method / start);
     }
-    println!("least {least}, at the end {}", scene.state.energy.method / start);
+    println!("least {least}, at the end {}", scene.state.energy.losses.method / start);
     assert!(
-        least > -1e-3 && scene.state.energy.contacts > 0.01 * start,
+        least > -1e-3 && scene.state.energy.losses.contacts > 0.01 * start,
         "{least}: {:?}",
         scene.state.energy
     );

@@ -76,7 +76,7 @@ fn external_time_dependent_force_second_order() {
         let cell = scene.domain.grid.rows().flatten().next().unwrap();
         // Its work is all that the fluid has.
         let e = &scene.state.energy;
-        assert!((e.drive - e.fluid).abs() < 1e-12, "{e:?}");
+        assert!((e.work.drive - e.fluid).abs() < 1e-12, "{e:?}");
         (scene.state.u[0][cell] - 1f64.sin()).abs()
     };
     let [coarse, fine] = [10, 20].map(error);
@@ -130,8 +130,11 @@ fn external_force_gives_buoyancy_and_closes_momentum_balance() {
         assert!(balance.error.norm() < 1e-12, "{balance:?}");
     }
     let e = &scene.state.energy;
-    println!("energy: drive {:.3e} method {:.3e} fluid {:.3e}", e.drive, e.method, e.fluid);
-    assert!(e.drive > 0.0 && e.method.abs() < 0.05 * e.drive, "{e:?}");
+    println!(
+        "energy: drive {:.3e} method {:.3e} fluid {:.3e}",
+        e.work.drive, e.losses.method, e.fluid
+    );
+    assert!(e.work.drive > 0.0 && e.losses.method.abs() < 0.05 * e.work.drive, "{e:?}");
 }
 
 #[test]
@@ -176,7 +179,10 @@ fn external_force_agrees_on_any_number_of_ranks() {
         (0..10).for_each(|_| _ = scene.step(2e-3).unwrap());
         let (e, free) = (&scene.state.energy, &scene.state.bodies[0]);
         if session.rank() == 0 {
-            println!("state {:?}", [e.drive, e.fluid, e.boundaries, free.velocity.x, free.spin.z]);
+            println!(
+                "state {:?}",
+                [e.work.drive, e.fluid, e.work.boundaries, free.velocity.x, free.spin.z]
+            );
         }
     });
     let state = |said: &String| -> Vec<f64> {

@@ -9,7 +9,7 @@ use mics::config::load;
 use mics::output::checkpoint::{FORMAT, Header, newest, open, path};
 use mics::output::measure::{self, Sample};
 use mics::output::{Marks, measure::Series};
-use mics::run::Account;
+use mics::run::{Account, Written};
 use mics::scene::Scene;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
@@ -102,6 +102,7 @@ impl Change {
 struct Whole {
     header: Header,
     account: Account,
+    written: Written,
     series: Vec<Series>,
     marks: Marks,
     scene: Scene<2>,
@@ -111,6 +112,7 @@ impl Whole {
     fn serialize(&mut self, archive: &mut Archive) -> mics::Result<()> {
         self.header.serialize(archive)?;
         self.account.serialize(archive)?;
+        self.written.serialize(archive)?;
         archive.each("measures", &mut self.series)?;
         self.marks.serialize(archive)?;
         self.scene.state.serialize(&self.scene.domain.grid, archive)
@@ -152,14 +154,11 @@ impl Whole {
                 0.0,
             );
         }
-        let account = Account {
-            began: "today".into(),
-            dt: Some(2e-3),
-            last_fields: Some(0.0),
-            ..Account::default()
-        };
+        let account = Account { began: "today".into(), dt: Some(2e-3), ..Account::default() };
+        let written = Written { fields: Some(0.0), rows: None };
         let marks = Marks::at(1000, vec![(0.0, 0), (0.01, 5)]);
-        Whole { header: Header { case: text, ..Header::default() }, account, series, marks, scene }
+        let header = Header { case: text, ..Header::default() };
+        Whole { header, account, written, series, marks, scene }
     }
 }
 

@@ -137,12 +137,15 @@ fn pile_with_wedged_disc_starts_without_energy_gain() {
         println!(
             "step {step}: {:.1e} J there, gravity gave {:.1e} J, method {:.1e}, contacts {:.1e}",
             e.fluid + e.bodies,
-            e.gravity,
-            e.method,
-            e.contacts
+            e.work.gravity,
+            e.losses.method,
+            e.losses.contacts
         );
         // How contacts and the method share what the first step takes says little: it goes by the
         // way that the discs fell before they were held.
-        assert!(e.fluid + e.bodies < 0.3 * e.gravity && e.method > -0.1 * e.gravity, "{e:?}");
+        assert!(
+            e.fluid + e.bodies < 0.3 * e.work.gravity && e.losses.method > -0.1 * e.work.gravity,
+            "{e:?}"
+        );
     }
 }

@@ -289,7 +289,7 @@ fn friction_in_standing_pile_does_no_work() {
             while scene.state.time < until {
                 scene.step(0.05).unwrap();
             }
-            scene.state.energy.friction
+            scene.state.energy.losses.friction
         });
         taken[1] -= taken[0];
         println!(

@@ -21,10 +21,6 @@ pub struct Summary {
     pub steps: u64,
     /// Time at the end (s).
     pub time: f64,
-    /// Wall-clock seconds.
-    pub wall_seconds: f64,
-    /// Seconds of CPU, of all ranks together.
-    pub cpu_seconds: f64,
     /// Largest |D| over all steps (1/s).
     pub divergence_max: f64,
     /// C-HSMAC iterations of all steps.
@@ -33,14 +29,27 @@ pub struct Summary {
     pub krylov_iterations: u64,
     /// Value of each measure that has one.
     pub measures: Map<String, Value>,
-    /// Time of each stage of the step (ns per cell and step).
-    pub stages_ns_per_cell_step: Map<String, Value>,
-    /// Largest memory of all ranks together (bytes).
-    pub peak_memory_bytes: f64,
+    /// What it cost.
+    #[serde(flatten)]
+    pub cost: Cost,
     /// What the run had to say of its energy at the end.
     #[serde(default)]
     pub notes: Vec<String>,
     comparisons: Map<String, Value>,
+}
+
+/// What a run cost, as its `summary.json` says.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Cost {
+    /// Wall-clock seconds.
+    pub wall_seconds: f64,
+    /// Seconds of CPU, of all ranks together.
+    pub cpu_seconds: f64,
+    /// Time of each stage of the step (ns per cell and step).
+    pub stages_ns_per_cell_step: Map<String, Value>,
+    /// Largest memory of all ranks together (bytes).
+    pub peak_memory_bytes: f64,
 }
 
 impl Summary {

@@ -6,7 +6,7 @@ use super::Folder;
 use crate::config::{Case, ForceRule};
 use crate::particles::Body;
 use crate::poisson::SolveRow;
-use crate::state::{Exchange, State};
+use crate::state::{EnergyLosses, Exchange, State, SuppliedWork};
 use crate::{Error, Result};
 use mics_run::file::replace;
 use mics_run::folder::SOLVES;
@@ -128,25 +128,17 @@ impl Folder {
             ));
         }
         let e = &s.energy;
-        let budget = [
-            e.fluid,
-            e.bodies,
-            e.springs,
-            e.gravity,
-            e.boundaries,
-            e.prescribed,
-            e.viscous,
-            e.contacts,
-            e.friction,
-        ];
-        budget
-            .iter()
-            .chain([&e.method, &e.bounded])
-            .for_each(|joule| self.steps.put(format_args!(",{joule:e}")));
+        let SuppliedWork { gravity, drive, boundaries, prescribed } = e.work;
+        let EnergyLosses { viscous, contacts, friction, method } = e.losses;
+        let stored = [e.fluid, e.bodies, e.springs].into_iter();
+        let budget = stored
+            .chain([gravity, boundaries, prescribed])
+            .chain([viscous, contacts, friction, method, e.bounded]);
+        budget.for_each(|joule| self.steps.put(format_args!(",{joule:e}")));
         if let Some(force) = s.drive {
             force
                 .iter()
-                .chain([&e.drive])
+                .chain([&drive])
                 .for_each(|number| self.steps.put(format_args!(",{number:e}")));
         }
         self.steps.end_line()

@@ -143,7 +143,7 @@ fn tiles(run: &Run) -> Markup {
     let last = |name: &str| run.column(name).last().copied().unwrap_or(0.0);
     let time = run.summary.as_ref().map_or(last("time"), |s| s.time);
     let steps = run.summary.as_ref().map_or(last("step"), |s| s.steps as f64);
-    let wall = run.summary.as_ref().map_or(last("wall"), |s| s.wall_seconds);
+    let wall = run.summary.as_ref().map_or(last("wall"), |s| s.cost.wall_seconds);
     let divergence = run.column("divergence_max").iter().copied().fold(0.0, f64::max);
     let divergence = run.summary.as_ref().map_or(divergence, |s| s.divergence_max);
     let ranks = run.provenance.ranks;
@@ -160,7 +160,7 @@ fn tiles(run: &Run) -> Markup {
                 div { dt { "Krylov iterations" }
                     dd { (short(s.krylov_iterations as f64 / s.steps.max(1) as f64)) " "
                     small { "a step" } } }
-                div { dt { "Peak memory" } dd { (format!("{:.0}", s.peak_memory_bytes / 1e6)) " "
+                div { dt { "Peak memory" } dd { (format!("{:.0}", s.cost.peak_memory_bytes / 1e6)) " "
                     small { "MB" } } }
             }
         }
@@ -294,6 +294,7 @@ fn needs(run: &Run) -> Markup {
 fn cost(run: &Run) -> Markup {
     let Some(summary) = &run.summary else { return html! {} };
     let stages: Vec<(&String, f64)> = summary
+        .cost
         .stages_ns_per_cell_step
         .iter()
         .filter_map(|(name, ns)| Some((name, ns.as_f64()?)))

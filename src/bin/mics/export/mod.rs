@@ -210,8 +210,8 @@ impl About<'_> {
             "singular": singular,
             "diagonal_shift": 0.0,
             "relative_residual_of_x": system.residual,
-            "bodies": at.bodies, "free_bodies": at.free_bodies,
-            "density_ratios": at.density_ratios.map(|(least, most)| [least, most]),
+            "bodies": at.bodies.count, "free_bodies": at.bodies.free,
+            "density_ratios": at.bodies.density_ratios.map(|(least, most)| [least, most]),
             "factors": factors.iter().zip(&at.factors).map(factor).collect::<Vec<_>>(),
             "run": {
                 "solver": at.solver, "rtol": rtol, "atol": atol, "outcome": outcome,

@@ -1,7 +1,7 @@
 //! The `README.md` of an exported system: a page of words with the system's numbers filled in.
 
 use super::About;
-use mics::run::Exported;
+use mics::run::{BodiesInBox, Exported};
 use mics_run::words::rounded;
 
 /// What the system is, its files, and how to read and solve it.
@@ -37,10 +37,10 @@ fn grid(exported: &Exported) -> String {
 }
 
 fn bodies(exported: &Exported) -> String {
-    let Some((least, most)) = exported.density_ratios else { return "none in the box".into() };
-    let Exported { bodies, free_bodies, .. } = exported;
+    let BodiesInBox { count, free, density_ratios } = exported.bodies;
+    let Some((least, most)) = density_ratios else { return "none in the box".into() };
     format!(
-        "{bodies} in the box, {free_bodies} of them free; density over the fluid's: {} to {}",
+        "{count} in the box, {free} of them free; density over the fluid's: {} to {}",
         rounded(least),
         rounded(most)
     )

@@ -1,0 +1,261 @@
+//! A scene taken from step to step: bodies that reach an outflow leave, come in again at the other
+//! end, or end the run, as the case says; bodies come in; the length of a step, and the step.
+
+use super::energy_bound;
+use super::schedule::Schedule;
+use crate::clock::Stage;
+use crate::config::{Case, Removed};
+use crate::particles::{Body, nearest_image};
+use crate::poisson::pressure::Projected;
+use crate::scene::Scene;
+use crate::scheme::Limits;
+use crate::state::State;
+use crate::step_size::choose_step;
+use crate::{Error, Result};
+use mics_run::progress::Record;
+use nalgebra::Vector3;
+use std::io::Write;
+
+/// The scene of a case on its way to the end of the run.
+pub(super) struct Stepper<'a, const D: usize> {
+    case: &'a Case,
+    pub scene: Scene<D>,
+    /// Steps done at the start of the step.
+    began: u64,
+    /// Time at the start of the step (s).
+    began_at: f64,
+    /// When the history of the solves is recorded.
+    history: Schedule,
+    /// Whether a pressure has been solved for.
+    solved: bool,
+}
+
+/// What a step gave.
+#[derive(Default)]
+pub(super) struct StepOutcome {
+    /// Its length (s).
+    pub dt: f64,
+    pub projected: Projected,
+    pub cfl: f64,
+    /// Largest speed of the fluid (m/s).
+    pub speed: f64,
+}
+
+impl StepOutcome {
+    /// How far the run is after it, for the eye.
+    pub fn progress<const D: usize>(&self, state: &State<D>) -> Record {
+        Record {
+            step: state.steps,
+            time: state.time,
+            dt: Some(self.dt),
+            divergence: self.projected.divergence_max,
+            largest_speed: self.speed,
+            ..Record::default()
+        }
+    }
+}
+
+/// A step that is about to be made.
+pub(super) struct Planned {
+    /// Its length (s).
+    pub dt: f64,
+    cfl: f64,
+}
+
+/// What passed the boundaries between two steps.
+#[derive(Default)]
+pub(super) struct Passed {
+    /// The bodies that did, in their order.
+    pub passages: Vec<Passage>,
+    /// Whether one came in, or came in again.
+    pub came: bool,
+    /// A body at an outflow, where the case wants the run to end there.
+    pub last: Option<usize>,
+}
+
+impl Passed {
+    /// Why the run ends at `time` (s), where it does.
+    pub fn ending(&self, time: f64) -> Option<String> {
+        let id = self.last?;
+        Some(format!(
+            "particle {id} has reached an outflow at t = {time:.6} s: the run ends here, as \
+            output.removed = \"stop\" says"
+        ))
+    }
+}
+
+/// A body that has left, has come in again, or has come in.
+pub(super) struct Passage {
+    pub body: Body,
+    /// The word of `passages.csv`.
+    pub what: &'static str,
+}
+
+impl<'a, const D: usize> Stepper<'a, D> {
+    /// Begins with the scene as it is.
+    pub fn new(case: &'a Case, scene: Scene<D>) -> Stepper<'a, D> {
+        let time = scene.state.time;
+        Stepper {
+            case,
+            began: scene.state.steps,
+            began_at: time,
+            history: Schedule::new(case.pressure.history.cadence(), time),
+            solved: false,
+            scene,
+        }
+    }
+
+    /// Begins a step, unless the run has come to its end.
+    pub fn begin_step(&mut self) -> bool {
+        let state = &self.scene.state;
+        let goes_on = state.time < self.case.time.end * (1.0 - 1e-12);
+        if goes_on {
+            self.began = state.steps;
+            self.began_at = state.time;
+        }
+        goes_on
+    }
+
+    /// The number of the step.
+    pub fn number(&self) -> u64 {
+        self.began + 1
+    }
+
+    /// Time at the start of the step (s).
+    pub fn began_at(&self) -> f64 {
+        self.began_at
+    }
+
+    /// The step in words.
+    pub fn names_step(&self) -> String {
+        format!("step {}, from t = {:.6} s", self.number(), self.began_at)
+    }
+
+    /// Takes the bodies out that would reach an outflow in the next step, about as long as the last
+    /// one, `dt` (s), and lets those in that wait for it. None passes before the first step, nor
+    /// after the last one: a run ends with the bodies of its last rows. Collective.
+    pub fn pass_boundaries(&mut self, dt: Option<f64>) -> Result<Passed> {
+        let mut passed = Passed::default();
+        let Some(dt) = dt else { return Ok(passed) };
+        self.let_out(dt, &mut passed)?;
+        if passed.last.is_none() {
+            let entered = self.scene.admit(self.case)?.into_iter();
+            passed.came |= entered.len() > 0;
+            passed.passages.extend(entered.map(|body| Passage { body, what: "entered" }));
+        }
+        Ok(passed)
+    }
+
+    fn let_out(&mut self, dt: f64, passed: &mut Passed) -> Result<()> {
+        // Once each: what the fluid takes along may go out at the other side of the box at once.
+        let mut returned = Vec::new();
+        while let Some((k, axis)) = self.scene.leaving(dt, &returned) {
+            let body = &self.scene.state.bodies[k];
+            let id = body.id;
+            let centre = match self.case.output.removed {
+                Removed::Stop => {
+                    passed.last = Some(id);
+                    return Ok(());
+                }
+                Removed::Return => self.entrance(body, axis),
+                _ => None,
+            };
+            passed.passages.push(match centre {
+                Some(centre) => {
+                    returned.push(id);
+                    passed.came = true;
+                    self.scene.bring(self.case, k, centre)?;
+                    Passage { body: self.scene.state.bodies[k].clone(), what: "returned" }
+                }
+                None => Passage { body: self.scene.remove(self.case, k)?, what: "left" },
+            });
+        }
+        Ok(())
+    }
+
+    /// Where a body comes in again that goes out along an axis (m); `None` where another one is in
+    /// its way.
+    fn entrance(&self, body: &Body, axis: usize) -> Option<Vector3<f64>> {
+        let domain = &self.scene.domain;
+        let mut centre = body.centre;
+        let far = domain.grid.size[axis];
+        let extent = body.reach()[axis];
+        centre[axis] = if body.centre[axis] > 0.5 * far { extent } else { far - extent };
+        let clear = |other: &Body| {
+            let apart = nearest_image(&other.centre, &centre, &domain.periods()).norm();
+            other.id == body.id || apart >= body.radius() + other.radius()
+        };
+        self.scene.state.bodies.iter().all(clear).then_some(centre)
+    }
+
+    /// Plans a step by the last one (s), if there was one that says something of the next.
+    ///
+    /// # Errors
+    /// When the step breaks a limit.
+    pub fn plan(&self, before: Option<f64>) -> Result<Planned> {
+        let limits = self.scene.limits()?;
+        let left = self.case.time.end - self.scene.state.time;
+        let (dt, _) = choose_step(self.case, &limits, before, left);
+        refuse_broken_limit(dt, &limits)?;
+        Ok(Planned { dt, cfl: dt * limits.courant_rate })
+    }
+
+    /// Makes a step.
+    ///
+    /// # Errors
+    /// When it fails.
+    pub fn step(&mut self, planned: &Planned) -> Result<StepOutcome> {
+        let Planned { dt, cfl } = *planned;
+        let scene = &mut self.scene;
+        scene.domain.clock.lap(Stage::Logs);
+        let recorded = self.history.due(scene.state.steps + 1, scene.state.time + dt);
+        scene.domain.projection.record(recorded);
+        let report = scene.step(dt)?;
+        Ok(StepOutcome { dt, projected: report.projected, cfl, speed: report.largest_speed })
+    }
+
+    /// Judges a step: names the PETSc options that nothing has used after the first solve, and
+    /// refuses energy that the method has made.
+    ///
+    /// # Errors
+    /// When energy was gained.
+    pub fn judge(&mut self, outcome: &StepOutcome) -> Result<()> {
+        if !self.solved && outcome.projected.krylov > 0 {
+            self.solved = true;
+            self.name_unused_options()?;
+        }
+        let state = &self.scene.state;
+        energy_bound::refuse_made(state, energy_bound::settling(&self.scene.domain, &state.bodies))
+    }
+
+    /// Names the PETSc options that nothing has used, once a solve has set up what it works with.
+    fn name_unused_options(&self) -> Result<()> {
+        let session = &self.scene.domain.session;
+        let unused = session.unused_options()?;
+        if !unused.is_empty() && session.rank() == 0 {
+            let one = match unused.len() {
+                1 => "option that nothing uses",
+                _ => "options that nothing uses",
+            };
+            let unused = unused.join(", ");
+            // A closed stderr is no reason to end a run.
+            let _ = writeln!(
+                std::io::stderr(),
+                "warning: PETSc {one} so far: {unused}; check the spelling"
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a step over a limit that the flow has tightened since the start.
+fn refuse_broken_limit(dt: f64, limits: &Limits) -> Result<()> {
+    let (bound, limit) = limits.tightest();
+    if dt <= limit * (1.0 + 1e-9) {
+        return Ok(());
+    }
+    Err(Error::Run(format!(
+        "the step of {dt} s is over the {bound}, now {limit:.4e} s: the flow is faster than at the \
+        start; give a smaller time.step, or time.cfl instead"
+    )))
+}
