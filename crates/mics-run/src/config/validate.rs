@@ -164,7 +164,7 @@ fn time(case: &Case) -> Check {
     let time = &case.time;
     positive("end", time.end, "s")?;
     let both = time.step.is_some() && time.cfl.is_some();
-    ensure!(!both, "step", "step and time.cfl exclude each other: remove one of them");
+    ensure!(!both, "step", "time.step and time.cfl exclude each other: remove one of them");
     positive("step", time.step, "s")?;
     positive("cfl", time.cfl, "a Courant number, such as 0.4")?;
     if let Some(stages) = time.max_stages {
