@@ -253,8 +253,9 @@ mod tests {
                 let mut before = one;
                 for stage in stages {
                     let rates = z * (last * stage.rate + stage.first);
-                    (before, last) =
-                        (last, last * stage.last + before * stage.before + rates + stage.start);
+                    let next = last * stage.last + before * stage.before + rates + stage.start;
+                    before = last;
+                    last = next;
                 }
                 return last;
             }

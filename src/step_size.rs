@@ -11,7 +11,8 @@ const LAST_STEPS: f64 = 50.0;
 
 /// Refuses a step, or a Courant number to choose steps by, that breaks a limit.
 pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
-    let ((bound, limit), largest) = (limits.tightest(), limits.scheme.courant_limit());
+    let (bound, limit) = limits.tightest();
+    let largest = limits.scheme.courant_limit();
     match loaded.case.time.length() {
         Step::Fixed(step) if step > limit => Err(loaded.error_at(
             "time.step",

@@ -131,7 +131,8 @@ impl Archive<'_> {
                     "a box of {n} cells from cell {s} on is not of this grid"
                 )));
             }
-            (found.start[a], found.extent[a]) = (s as usize, n as usize);
+            found.start[a] = s as usize;
+            found.extent[a] = n as usize;
         }
         Ok(found)
     }

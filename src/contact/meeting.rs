@@ -8,7 +8,7 @@ use super::response::InverseMass;
 use super::setup::Setup;
 use super::{Wall, obstacle};
 use crate::particles::{Accelerations, Body};
-use mics_shapes::{Mesh, Obstacle, Part, Pose, Regions, Touch};
+use mics_shapes::{Mesh, Obstacle, Part, Pose, Regions, Touch, touch_region};
 use nalgebra::Vector3;
 
 /// Where a pair touches.
@@ -180,8 +180,9 @@ impl<'a> Layout<'a> {
         let own = obstacle::seen(&apart, (!pair.round).then_some(&turn), &its);
         let power = self.law(pair).material.exponent + 1.0;
         let region = self.regions.get(pair.region);
-        let mut touch =
-            obstacle::with_part(body, pair.parts[0], |part| faces.touch(region, part, &own, power));
+        let mut touch = obstacle::with_part(body, pair.parts[0], |part| {
+            touch_region(faces, region, part, &own, power)
+        });
         // From the centre of the obstacle, along the axes of the box.
         let arm = its * touch.place;
         touch.normal = its * touch.normal;

@@ -48,8 +48,8 @@ pub(super) fn add_pairs(found: &mut Found, o: usize, reach: Reach, regions: &mut
     let own = seen(&apart, turns.then_some(&orientation), &wall.orientation());
     for k in 0..body.parts().len().max(1) {
         with_part(body, k, |part| {
-            for region in faces.regions(part, &own, reach, regions) {
-                found.add_region(o, image, k, faces, region, regions.get(region));
+            for region in regions.find(faces, part, &own, reach) {
+                found.add_region(o, image, k, region, regions.get(region));
             }
         });
     }

@@ -6,7 +6,7 @@ use super::pair::{Pair, crossed};
 use super::setup::Setup;
 use super::{Touching, Wall, obstacle};
 use crate::particles::{Body, Neighbours};
-use mics_shapes::{Mesh, Reach, Region, Regions};
+use mics_shapes::{Reach, Region, Regions};
 use nalgebra::Vector3;
 
 /// The pairs that could meet.
@@ -165,7 +165,7 @@ impl Pairs {
             let Some(faces) = layout.faces(pair).filter(|_| lasts) else { continue };
             let place = layout.closest(pair, 0.0).arms.to[1];
             let own = bodies[pair.second].orientation().inverse_transform_vector(&place);
-            pair.parts[1] = faces.face_at(self.regions.get(pair.region), &own);
+            pair.parts[1] = self.regions.get(pair.region).face_at(faces, &own);
         }
     }
 }
@@ -248,13 +248,11 @@ impl Found<'_> {
         second: usize,
         image: Vector3<f64>,
         part: usize,
-        faces: &Mesh,
         region: usize,
         found: &Region,
     ) {
-        let same =
-            |p: &&Pair| p.second == second && p.parts[0] == part && faces.has(found, p.parts[1]);
-        let new = || Pair { parts: [part, faces.nearest_of(found)], ..self.pair(second, image) };
+        let same = |p: &&Pair| p.second == second && p.parts[0] == part && found.has(p.parts[1]);
+        let new = || Pair { parts: [part, found.nearest()], ..self.pair(second, image) };
         let before = self.before.iter().find(same).copied();
         self.push(Pair { region, image, ..before.unwrap_or_else(new) });
     }

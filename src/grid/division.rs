@@ -36,8 +36,8 @@ impl<const D: usize> Division<D> {
 
     /// Which of the ranks along an axis owns a cell.
     fn part(&self, axis: usize, cell: usize) -> usize {
-        let (each, more) =
-            (self.cells[axis] / self.ranks[axis], self.cells[axis] % self.ranks[axis]);
+        let each = self.cells[axis] / self.ranks[axis];
+        let more = self.cells[axis] % self.ranks[axis];
         let longer = more * (each + 1);
         if cell < longer { cell / (each + 1) } else { more + (cell - longer) / each }
     }

@@ -134,7 +134,8 @@ impl Planes {
         row: &mut [f64],
     ) {
         let Rule { given, factor, nearest, bend, most } = *rule;
-        let (layers, twice) = (layers.min(most), given.map(|given| 2.0 * given[block]));
+        let layers = layers.min(most);
+        let twice = given.map(|given| 2.0 * given[block]);
         let (below, above) = row.split_at_mut(self.ghosts + if SIDE == 0 { 0 } else { self.local });
         let (ghosts, cells) = if SIDE == 0 { (below, &*above) } else { (above, &*below) };
         let count = ghosts.len();

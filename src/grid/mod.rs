@@ -14,7 +14,6 @@
 mod boundary;
 mod division;
 mod ghosts;
-mod side;
 mod simd;
 
 pub use boundary::{Boundaries, BoundaryKind};

@@ -210,7 +210,8 @@ fn flux_along(flux: &mut [f64], carrier: &[f64], q: &[f64]) {
 #[inline(always)]
 fn flux_across(flux: &mut [f64], carrier: &[f64], q: [&[f64]; 6]) {
     let n = flux.len();
-    let (carrier, q) = (&carrier[..n], q.map(|q| &q[..n]));
+    let carrier = &carrier[..n];
+    let q = q.map(|q| &q[..n]);
     for i in 0..n {
         flux[i] = upwind_flux(carrier[i], [q[0][i], q[1][i], q[2][i], q[3][i], q[4][i], q[5][i]]);
     }

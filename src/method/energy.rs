@@ -390,8 +390,8 @@ fn low_slopes<const D: usize>(grid: &Grid<D>, u: &VectorField<D>) -> f64 {
             let mut slopes = 0.0;
             for row in grid.rows() {
                 for (u, axis) in u.iter().flat_map(|u| (0..D).map(move |axis| (u, axis))) {
-                    let (here, below) =
-                        (&u[row.clone()], &u[row.start - grid.stride[axis]..][..row.len()]);
+                    let here = &u[row.clone()];
+                    let below = &u[row.start - grid.stride[axis]..][..row.len()];
                     slopes += total(
                         row.len(),
                         #[inline(always)]

@@ -21,13 +21,11 @@ pub fn gap(body: &Body, other: &Body, apart: &Vector3<f64>) -> (Vector3<f64>, f6
     if body.parts().is_empty() && other.parts().is_empty() {
         return spheres;
     }
-    let (ball, its_ball) =
-        (Part::ball(Vector3::zeros(), body.radius()), Part::ball(Vector3::zeros(), other.radius()));
+    let ball = Part::ball(Vector3::zeros(), body.radius());
+    let its_ball = Part::ball(Vector3::zeros(), other.radius());
     let parts = |body: &'_ Body| body.parts().len().max(1);
-    let (own, its) = (
-        Pose { place: Vector3::zeros(), orientation: body.orientation() },
-        Pose { place: *apart, orientation: other.orientation() },
-    );
+    let own = Pose { place: Vector3::zeros(), orientation: body.orientation() };
+    let its = Pose { place: *apart, orientation: other.orientation() };
     let mut nearest: Option<(Vector3<f64>, f64)> = None;
     for k in 0..parts(body) {
         let part = body.parts().get(k).unwrap_or(&ball);

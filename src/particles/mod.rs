@@ -8,7 +8,6 @@ mod gap;
 mod inertia;
 mod load;
 mod neighbours;
-mod rotation;
 
 pub use body::{Accelerations, Body, Freedom, Motion, Oscillation, all_fixed, nearest_image};
 pub use gap::gap;

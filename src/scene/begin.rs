@@ -32,7 +32,9 @@ impl<const D: usize> Scene<D> {
         }
         let fresh = std::mem::replace(&mut self.state, state);
         let s = &mut self.state;
-        (s.time, s.steps, s.substeps) = (0.0, 0, 0);
+        s.time = 0.0;
+        s.steps = 0;
+        s.substeps = 0;
         let bodies = std::mem::replace(&mut s.bodies, fresh.bodies);
         // What presses and pushes bodies from now on is not what did: they begin as from there.
         let forces = |case: &Case| (case.fluid.gravity.clone(), case.drive.clone());
@@ -51,7 +53,8 @@ impl<const D: usize> Scene<D> {
                      to its end with --resume"
                 )));
             }
-            (body.angle, body.orientation) = (ended.angle, ended.orientation);
+            body.angle = ended.angle;
+            body.orientation = ended.orientation;
         }
         if self
             .method

@@ -27,13 +27,11 @@ impl<const D: usize> Scene<D> {
         let open =
             |axis: usize, side: usize| matches!(kinds[axis][side], Some(BoundaryKind::Outflow));
         let leaves = |body: &Body, axis: usize| {
-            let (at, extent) =
-                (body.centre[axis] + 1.5 * dt * body.velocity[axis], body.reach()[axis]);
+            let at = body.centre[axis] + 1.5 * dt * body.velocity[axis];
+            let extent = body.reach()[axis];
             // What goes inwards stays, however near it is.
-            let (low, high) = (
-                at <= extent && body.velocity[axis] < 0.0,
-                at >= grid.size[axis] - extent && body.velocity[axis] > 0.0,
-            );
+            let low = at <= extent && body.velocity[axis] < 0.0;
+            let high = at >= grid.size[axis] - extent && body.velocity[axis] > 0.0;
             (low && open(axis, 0)) || (high && open(axis, 1))
         };
         let goes = |body: &Body| matches!(body.motion, Motion::Free(_)) && !but.contains(&body.id);
@@ -112,7 +110,8 @@ impl<const D: usize> Scene<D> {
                 continue;
             };
             let mut body = build::body(particle);
-            (body.id, body.centre) = (id, place);
+            body.id = id;
+            body.centre = place;
             if particle.velocity.is_none() {
                 body.velocity = self.mean_velocity(&body)?;
             }

@@ -41,7 +41,8 @@ impl<const D: usize> CaseSide<'_, D> {
             place[self.axis] = if self.high { self.grid.size[self.axis] } else { 0.0 };
             self.open(&place)
         };
-        let (first, last) = ((0..n).find(|k| open(*k) > 0.0), (0..n).rfind(|k| open(*k) > 0.0));
+        let first = (0..n).find(|k| open(*k) > 0.0);
+        let last = (0..n).rfind(|k| open(*k) > 0.0);
         let (Some(first), Some(last)) = (first, last) else { return };
         let low = (first as f64 + 1.0 - open(first)) * h;
         let high = if last + 1 == n && open(last) == 1.0 {
@@ -49,7 +50,8 @@ impl<const D: usize> CaseSide<'_, D> {
         } else {
             (last as f64 + open(last)) * h
         };
-        (self.begin, self.sizes) = (low, vec![high - low]);
+        self.begin = low;
+        self.sizes = vec![high - low];
     }
 
     /// How much of the face around a place (m) no obstacle covers.

@@ -70,8 +70,8 @@ impl Legendre {
         }];
         for j in 2..=stages {
             let n = j as f64;
-            let (last, before) =
-                ((2.0 * n - 1.0) / n * b(j) / b(j - 1), (1.0 - n) / n * b(j) / b(j - 2));
+            let last = (2.0 * n - 1.0) / n * b(j) / b(j - 1);
+            let before = (1.0 - n) / n * b(j) / b(j - 2);
             let rate = last * w;
             let mut stage = Stage {
                 start: 1.0 - last - before,
@@ -112,7 +112,8 @@ mod tests {
                 + stage.last * last
                 + stage.before * before
                 + z * (stage.rate * last + stage.first);
-            (before, last) = (last, next);
+            before = last;
+            last = next;
         }
         last
     }
@@ -136,7 +137,8 @@ mod tests {
                     + stage.before * before
                     + z * (stage.rate * last + stage.first);
                 sum += z * stage.weight * next;
-                (before, last) = (last, next);
+                before = last;
+                last = next;
             }
             assert!((sum - last).abs() < 1e-13, "{s}: {sum} {last}");
         }
@@ -165,7 +167,8 @@ mod tests {
             let mut before = 0.0;
             for (j, one) in legendre.stages.iter().enumerate() {
                 let next = one.last * last + one.before * before + f64::from(j == k);
-                (before, last) = (last, next);
+                before = last;
+                last = next;
             }
             assert!((last - stage.remains).abs() < 1e-14);
         }

@@ -6,7 +6,7 @@
 
 use mics_shapes::{
     Ellipse, Ellipsoid, Obstacle, Part, Polygon, Polyhedron, Pose, Reach, Regions, Room, Shape,
-    Superquadric, closest, touch,
+    Superquadric, closest, touch, touch_region,
 };
 use nalgebra::{Rotation3, Vector3};
 use std::hint::black_box;
@@ -144,8 +144,8 @@ fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
     let mut regions = Regions::default();
     let overlap = |z: f64, regions: &mut Regions| {
         regions.clear();
-        let found = mesh.regions(part, &at(z), Reach { all: 0.1, touched: 0.1 }, regions);
-        let all = found.map(|k| mesh.touch(regions.get(k), part, &at(z), 2.5).overlap);
+        let found = regions.find(mesh, part, &at(z), Reach { all: 0.1, touched: 0.1 });
+        let all = found.map(|k| touch_region(mesh, regions.get(k), part, &at(z), 2.5).overlap);
         all.fold(f64::NEG_INFINITY, f64::max)
     };
     // Down to where it touches, and then as deep.
@@ -165,11 +165,11 @@ fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
     while cpu() - begin < 1e8 {
         searches += 1;
         regions.clear();
-        black_box(mesh.regions(part, &at(high + 0.01), reach, &mut regions));
+        black_box(regions.find(mesh, part, &at(high + 0.01), reach));
     }
     let search = (cpu() - begin) / 1e3 / f64::from(searches);
     regions.clear();
-    let found = mesh.regions(part, &at(high + 0.01), reach, &mut regions);
+    let found = regions.find(mesh, part, &at(high + 0.01), reach);
     let faces = found.len();
     let begin = cpu();
     let mut rounds = 0;
@@ -179,7 +179,7 @@ fn on_raster(name: &str, part: &Part, bed: &Obstacle, deep: f64) {
         let k = rounds % 1000;
         let pose = at(high - 1e-9 * f64::from(k));
         for region in found.clone() {
-            sum += mesh.touch(regions.get(region), part, &pose, 2.5).overlap;
+            sum += touch_region(mesh, regions.get(region), part, &pose, 2.5).overlap;
         }
     }
     let each = (cpu() - begin) / 1e3 / f64::from(rounds);

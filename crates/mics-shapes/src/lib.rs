@@ -29,6 +29,7 @@ pub use boxes::Tile;
 pub use contact::depths::Touch;
 pub use contact::distance::closest;
 pub use contact::faces::Mesh;
+pub use contact::ground::touch_region;
 pub use contact::part::{Core, Edge, Face, Part, Polytope};
 pub use contact::pose::{Closest, Pose};
 pub use contact::region::{Reach, Region, Regions};
@@ -204,4 +205,11 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
     /// (m) wide where it is curved; in 2D the outline by segments, whose third corner repeats the
     /// second.
     fn triangles(&self, spacing: f64) -> Vec<[Vector3<f64>; 3]>;
+}
+
+impl dyn Shape + '_ {
+    /// It as it is turned by an orientation.
+    pub fn turned<'a>(&'a self, orientation: &'a Orientation) -> Turned<'a> {
+        Turned { shape: self, orientation }
+    }
 }

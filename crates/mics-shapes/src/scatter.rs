@@ -76,7 +76,8 @@ pub fn counted(body: &dyn Shape, n: usize) -> (f64, f64) {
                     let way = |a: usize| ((2 * at[a] + 1) as f64 / n as f64 - 1.0) * half[a];
                     let x = middle + way(0) + way(1) + way(2);
                     if body.nearest(&x).distance < 0.0 {
-                        (part, first) = (part + 1.0, first + x);
+                        part += 1.0;
+                        first += x;
                     }
                 }
                 let found = tiles.iter().find(|tile| tile.at == at);

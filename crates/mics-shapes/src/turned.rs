@@ -19,13 +19,6 @@ pub struct Turned<'a> {
     pub orientation: &'a Orientation,
 }
 
-impl dyn Shape + '_ {
-    /// It as it is turned by an orientation.
-    pub fn turned<'a>(&'a self, orientation: &'a Orientation) -> Turned<'a> {
-        Turned { shape: self, orientation }
-    }
-}
-
 impl Turned<'_> {
     /// A vector in the shape's own axes.
     #[inline]

@@ -64,7 +64,8 @@ fn straighten_under<const D: usize>(
 ) {
     let grid = &domain.grid;
     let boundaries = &mut domain.boundaries;
-    let (mut inwards, boundary) = (Vector3::zeros(), if side == 0 { 0.0 } else { grid.size[axis] });
+    let mut inwards = Vector3::zeros();
+    let boundary = if side == 0 { 0.0 } else { grid.size[axis] };
     inwards[axis] = 1.0 - 2.0 * side as f64;
     let others: [usize; 2] = std::array::from_fn(|n| if n < axis { n } else { n + 1 });
     // The stored places along an axis that an image of the body stands over; one along an axis

@@ -4,8 +4,8 @@
 use super::cut::CutBodies;
 use super::cut_body::CutBody;
 use super::exchanged::ExchangedMomentum;
+use super::stencil::Flow;
 use super::sums::{CellMomentum, Sums, SurfaceForces};
-use super::values::Flow;
 use crate::Result;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
@@ -201,15 +201,5 @@ impl<const D: usize> WithSimd for WallShear<'_, D> {
             },
         );
         load
-    }
-}
-
-impl CellMomentum {
-    /// Momentum and angular momentum inside a body in all.
-    pub fn whole(&self, fluid_density: f64, body: &Body) -> (Vector3<f64>, Vector3<f64>) {
-        (
-            self.inside + fluid_density * body.volume() * body.velocity,
-            self.swirl + body.inertia().times(fluid_density / body.density).of(&body.spin),
-        )
     }
 }

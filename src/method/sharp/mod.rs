@@ -95,7 +95,6 @@ mod stencil;
 mod step_numbers;
 mod sums;
 mod surfaces;
-mod values;
 
 use super::momentum::Mixture;
 use super::prediction::Prediction;

@@ -27,8 +27,8 @@ impl Modes {
         let oblong: Vec<u32> =
             (0..n as u32).filter(|k| !bodies[*k as usize].shape().is_round()).collect();
         let room = |k: usize| cut.bodies[k].faces.cuts[0].capacity();
-        let (faces, turning): (usize, usize) =
-            ((0..n).map(room).sum(), oblong.iter().map(|k| room(*k as usize)).sum());
+        let faces: usize = (0..n).map(room).sum();
+        let turning: usize = oblong.iter().map(|k| room(*k as usize)).sum();
         Modes {
             weights: Vec::with_capacity((n + oblong.len()) * D),
             entries: Vec::with_capacity(2 * D * faces + D * D * turning),

@@ -52,7 +52,8 @@ impl NearBodies {
         let moves = |near: &Vec<usize>| near.iter().any(|j| bodies[*j].moves());
         let all = self.had.iter_mut().zip(&mut self.restless).zip(&mut self.near);
         for ((had, restless), near) in all {
-            (*had, *restless) = (!near.is_empty(), moves(near));
+            *had = !near.is_empty();
+            *restless = moves(near);
             near.clear();
         }
         let NearBodies { near, search_radius: radius, obstacles, .. } = self;

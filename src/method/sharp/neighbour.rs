@@ -39,11 +39,9 @@ impl Neighbour {
         // An obstacle has its images in itself.
         let whole = bodies[j].shape().is_obstacle();
         let periods = if whole { &[None; 3] } else { periods };
-        let (nearest, orientation, own) = (
-            nearest_image(&bodies[k].centre, &bodies[j].centre, periods),
-            bodies[j].orientation(),
-            round(&bodies[k]),
-        );
+        let nearest = nearest_image(&bodies[k].centre, &bodies[j].centre, periods);
+        let orientation = bodies[j].orientation();
+        let own = round(&bodies[k]);
         let near = reach + bodies[k].radius() + bodies[j].radius();
         // By axis, the way to the next image on the other side, where that may be near.
         let next: [Option<f64>; 3] = std::array::from_fn(|a| {
@@ -110,7 +108,8 @@ impl Neighbour {
             }
             let mut apart = Vector3::zeros();
             let mut plane = Matrix3::identity();
-            (apart[axis], plane[(axis, axis)]) = (2.0 * to, -1.0);
+            apart[axis] = 2.0 * to;
+            plane[(axis, axis)] = -1.0;
             // No rotation: what is at x of the body's own axes is at its image there.
             let orientation =
                 Orientation::from_matrix_unchecked(plane * body.orientation().matrix());

@@ -1,7 +1,7 @@
 //! What ranks sum of each body in a step.
 
 use super::exchanged::ExchangedMomentum;
-use crate::particles::{Load, RigidVelocity};
+use crate::particles::{Body, Load, RigidVelocity};
 use crate::sums::{BodySums, Messages, Summed};
 use nalgebra::Vector3;
 
@@ -45,6 +45,16 @@ pub struct CellMomentum {
     /// Inside the body, relative to its own motion.
     pub inside: Vector3<f64>,
     pub swirl: Vector3<f64>,
+}
+
+impl CellMomentum {
+    /// Momentum and angular momentum inside a body in all.
+    pub fn whole(&self, fluid_density: f64, body: &Body) -> (Vector3<f64>, Vector3<f64>) {
+        (
+            self.inside + fluid_density * body.volume() * body.velocity,
+            self.swirl + body.inertia().times(fluid_density / body.density).of(&body.spin),
+        )
+    }
 }
 
 impl Summed for SurfaceForces {

@@ -1,8 +1,28 @@
 //! Particles as a plane cuts them: discs, and rings of points of those that are not round.
 
-use super::Disc;
 use super::trace::{Point, distance};
 use std::f64::consts::TAU;
+
+/// A particle as a plane cuts it.
+#[derive(Debug, Clone, Default)]
+pub struct Disc {
+    /// Centre in the plane's own coordinates.
+    pub centre: [f64; 2],
+    /// Radius of the cut; of what is not round that of a circle that holds it.
+    pub radius: f64,
+    /// The rings that bound what is not round, from its centre; none of a round one.
+    pub outline: Vec<Vec<[f64; 2]>>,
+    /// Whether it is an obstacle, whose rings bound it together, and which has a grey of its own.
+    pub wall: bool,
+    /// Its grey or colour, from 0 (light) to 1 (dark).
+    pub shade: f64,
+    /// The part of it that is darker and shows how it is turned: where `m[0] x + m[1] y + m[2] >
+    /// 0`, from its centre. No mark on one that does not turn.
+    pub mark: Option<[f64; 3]>,
+    /// What may be written on it, the first that there is room for: its name, its number; nothing
+    /// on one that is alone.
+    pub label: Vec<String>,
+}
 
 impl Disc {
     /// The rings that bound it, in the plane's own coordinates: one of about so many `corners` of a

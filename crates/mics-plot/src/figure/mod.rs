@@ -21,6 +21,7 @@ mod strip;
 mod trace;
 
 pub use curves::{COLOURS, chart, chart_svg, curves, curves_svg};
+pub use cut::Disc;
 pub use field::{field, streamlines, streamlines_svg, vorticity, vorticity_svg};
 pub use film::{Format, film};
 pub use paint::shared_range;
@@ -129,27 +130,6 @@ pub struct Scale {
     pub names: Vec<(f64, String)>,
     /// Whether the colours are greys.
     pub grey: bool,
-}
-
-/// A particle as a plane cuts it.
-#[derive(Debug, Clone, Default)]
-pub struct Disc {
-    /// Centre in the plane's own coordinates.
-    pub centre: [f64; 2],
-    /// Radius of the cut; of what is not round that of a circle that holds it.
-    pub radius: f64,
-    /// The rings that bound what is not round, from its centre; none of a round one.
-    pub outline: Vec<Vec<[f64; 2]>>,
-    /// Whether it is an obstacle, whose rings bound it together, and which has a grey of its own.
-    pub wall: bool,
-    /// Its grey or colour, from 0 (light) to 1 (dark).
-    pub shade: f64,
-    /// The part of it that is darker and shows how it is turned: where `m[0] x + m[1] y + m[2] >
-    /// 0`, from its centre. No mark on one that does not turn.
-    pub mark: Option<[f64; 3]>,
-    /// What may be written on it, the first that there is room for: its name, its number; nothing
-    /// on one that is alone.
-    pub label: Vec<String>,
 }
 
 /// One series of a line or point figure.

@@ -128,7 +128,7 @@ pub fn draw(request: &Request) -> Result<Drawn> {
         for run in &runs {
             written.extend(draw_run(&run.folder)?);
         }
-        let folder = request.folder(&runs)?;
+        let folder = folder_of(request, &runs)?;
         let flat = runs.iter().filter(|run| run.case.dimension() == 2).count();
         // Cylinders and spheres have curves of their own.
         if flat == 0 || flat == runs.len() {
@@ -139,7 +139,7 @@ pub fn draw(request: &Request) -> Result<Drawn> {
     }
     for figure in &request.figures() {
         for runs in runs.chunks(if figure.joins_runs() { runs.len() } else { 1 }) {
-            let Some(files) = request.draw(*figure, runs)? else {
+            let Some(files) = draw_figure(request, *figure, runs)? else {
                 let names = runs
                     .iter()
                     .map(|run| run.folder.display().to_string())
@@ -157,87 +157,86 @@ pub fn draw(request: &Request) -> Result<Drawn> {
     Ok(Drawn { files: written, notes })
 }
 
-impl Request {
-    /// Where a figure of some runs goes, made if it is not there.
-    fn folder(&self, runs: &[Run]) -> Result<PathBuf> {
-        let folder = self
-            .out
-            .clone()
-            .or_else(|| Some(runs.first()?.folder.join("figures")))
-            .unwrap_or_default();
-        fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
-        Ok(folder)
-    }
+/// Where a figure of some runs goes, made if it is not there.
+fn folder_of(request: &Request, runs: &[Run]) -> Result<PathBuf> {
+    let folder = request
+        .out
+        .clone()
+        .or_else(|| Some(runs.first()?.folder.join("figures")))
+        .unwrap_or_default();
+    fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+    Ok(folder)
+}
 
-    /// Draws a figure of some runs, of the first one where it is of one; none where there is
-    /// nothing to draw.
-    fn draw(&self, figure: Figure, runs: &[Run]) -> Result<Option<Vec<PathBuf>>> {
-        let Some(run) = runs.first() else { return Ok(None) };
-        let stem = |name: &str| Ok::<_, Error>(self.folder(runs)?.join(name));
-        let titled = |planes: &[figure::Plane]| {
-            let place = planes.first().map_or("", |plane| &plane.place);
-            format!("{}{place}", run.case.name)
-        };
-        let seen = |plane| self.view.part(figure::Plane { style: self.view.style(), ..plane });
-        self.view.fits(run)?;
-        let last = |run: &Run| {
-            let plane =
-                Last::read(run, self.view.plane, self.times.last().copied())?.planes.swap_remove(0);
-            seen(plane)
-        };
-        let planes = |run: &Run| -> Result<Vec<_>> {
-            fields::planes(&run.folder, &run.case, self.view.plane, &self.times)?
-                .into_iter()
-                .map(seen)
-                .collect()
-        };
-        if figure == Figure::Field {
-            return self.draw_field(runs, run).map(Some);
+/// Draws a figure of some runs, of the first one where it is of one; none where there is
+/// nothing to draw.
+fn draw_figure(request: &Request, figure: Figure, runs: &[Run]) -> Result<Option<Vec<PathBuf>>> {
+    let Some(run) = runs.first() else { return Ok(None) };
+    let stem = |name: &str| Ok::<_, Error>(folder_of(request, runs)?.join(name));
+    let titled = |planes: &[figure::Plane]| {
+        let place = planes.first().map_or("", |plane| &plane.place);
+        format!("{}{place}", run.case.name)
+    };
+    let seen = |plane| request.view.part(figure::Plane { style: request.view.style(), ..plane });
+    request.view.fits(run)?;
+    let last = |run: &Run| {
+        let plane = Last::read(run, request.view.plane, request.times.last().copied())?
+            .planes
+            .swap_remove(0);
+        seen(plane)
+    };
+    let planes = |run: &Run| -> Result<Vec<_>> {
+        fields::planes(&run.folder, &run.case, request.view.plane, &request.times)?
+            .into_iter()
+            .map(seen)
+            .collect()
+    };
+    if figure == Figure::Field {
+        return draw_field(request, runs, run).map(Some);
+    }
+    let drawn = match figure {
+        Figure::Vorticity => figure::vorticity(&last(run)?, &stem("vorticity")?)?,
+        Figure::Streamlines => figure::streamlines(&last(run)?, &stem("streamlines")?)?,
+        Figure::VorticityStrip => {
+            let planes = planes(run)?;
+            figure::vorticity_strip(
+                &planes,
+                &titled(&planes),
+                request.interval,
+                &stem("vorticity_strip")?,
+            )?
         }
-        let drawn = match figure {
-            Figure::Vorticity => figure::vorticity(&last(run)?, &stem("vorticity")?)?,
-            Figure::Streamlines => figure::streamlines(&last(run)?, &stem("streamlines")?)?,
-            Figure::VorticityStrip => {
-                let planes = planes(run)?;
-                figure::vorticity_strip(
-                    &planes,
-                    &titled(&planes),
-                    self.interval,
-                    &stem("vorticity_strip")?,
-                )?
-            }
-            Figure::StreamlinesStrip => {
-                let planes = planes(run)?;
-                figure::streamlines_strip(&planes, &titled(&planes), &stem("streamlines_strip")?)?
-            }
-            Figure::Drag => return Ok(reynolds::drag(runs, &self.folder(runs)?)?.map(Vec::from)),
-            Figure::Strouhal => {
-                return Ok(reynolds::strouhal(runs, &self.folder(runs)?)?.map(Vec::from));
-            }
-            Figure::Convergence | Figure::ConvergenceSteps => {
-                let Some(chart) = solves(figure, runs, self.times.last().copied())? else {
-                    return Ok(None);
-                };
-                figure::chart(&chart, &stem(&figure.file())?)?
-            }
-            _ => {
-                let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
-                let Some(chart) = curves(figure, runs, &rows)? else { return Ok(None) };
-                figure::chart(&chart, &stem(&figure.file())?)?
-            }
-        };
-        Ok(Some(drawn.into()))
-    }
+        Figure::StreamlinesStrip => {
+            let planes = planes(run)?;
+            figure::streamlines_strip(&planes, &titled(&planes), &stem("streamlines_strip")?)?
+        }
+        Figure::Drag => return Ok(reynolds::drag(runs, &folder_of(request, runs)?)?.map(Vec::from)),
+        Figure::Strouhal => {
+            return Ok(reynolds::strouhal(runs, &folder_of(request, runs)?)?.map(Vec::from));
+        }
+        Figure::Convergence | Figure::ConvergenceSteps => {
+            let Some(chart) = solves(figure, runs, request.times.last().copied())? else {
+                return Ok(None);
+            };
+            figure::chart(&chart, &stem(&figure.file())?)?
+        }
+        _ => {
+            let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
+            let Some(chart) = curves(figure, runs, &rows)? else { return Ok(None) };
+            figure::chart(&chart, &stem(&figure.file())?)?
+        }
+    };
+    Ok(Some(drawn.into()))
+}
 
-    /// Draws the colours of a field of a run alone.
-    fn draw_field(&self, runs: &[Run], run: &Run) -> Result<Vec<PathBuf>> {
-        let frames = match (&self.times[..], newest_snapshot(&run.folder)?) {
-            ([], last) => vec![(Snapshot::time_of(&last)?, last)],
-            (times, _) => fields::choose(&run.folder, times)?,
-        };
-        let folder = self.folder(runs)?;
-        reel::pictures(&Reel::of(run, &self.view, &frames)?, &folder)
-    }
+/// Draws the colours of a field of a run alone.
+fn draw_field(request: &Request, runs: &[Run], run: &Run) -> Result<Vec<PathBuf>> {
+    let frames = match (&request.times[..], newest_snapshot(&run.folder)?) {
+        ([], last) => vec![(Snapshot::time_of(&last)?, last)],
+        (times, _) => fields::choose(&run.folder, times)?,
+    };
+    let folder = folder_of(request, runs)?;
+    reel::pictures(&Reel::of(run, &request.view, &frames)?, &folder)
 }
 
 /// The last state of a run or one before, in one plane or several.
@@ -314,7 +313,7 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
             figures.push((figure, solves(figure, runs, None)?));
         }
     }
-    let folder = Request::default().folder(runs)?;
+    let folder = folder_of(&Request::default(), runs)?;
     let mut written = Vec::new();
     for (figure, drawn) in figures {
         if let Some(chart) = drawn {

@@ -96,8 +96,8 @@ pub fn moments(body: &Convex, centre: &Vector3<f64>, radius: f64) -> (f64, Vecto
     }
     // A centre in a plane: the cones from it over the faces, solid angles and all.
     let solid = least.abs() <= NEAR;
-    let (mut volume, mut first) =
-        (if least > NEAR { 4.0 / 3.0 * PI } else { 0.0 }, Vector3::zeros());
+    let mut volume = if least > NEAR { 4.0 / 3.0 * PI } else { 0.0 };
+    let mut first = Vector3::zeros();
     for (n, offset, round) in body.faces() {
         let h = height(&n, offset);
         let face = Face { h, square: 1.0 - h * h };
@@ -257,7 +257,9 @@ mod tests {
                     .map(|i| (2.0 * i as f64 + 1.0) / points as f64 - 1.0);
                 let x = middle + half.component_mul(&at) - centre;
                 if x.norm() < radius {
-                    (count, place, square) = (count + 1.0, place + x, square + x * x.transpose());
+                    count += 1.0;
+                    place += x;
+                    square += x * x.transpose();
                 }
             }
             let dv = 8.0 * half.product() / f64::from(points * points * points);

@@ -132,8 +132,10 @@ impl Parts {
 #[inline(always)]
 fn between(low: &[f64], high: &[f64], out: &mut [f64]) {
     let n = out.len();
-    let (low, next_low) = (&low[..n], &low[1..n + 1]);
-    let (high, next_high) = (&high[..n], &high[1..n + 1]);
+    let next_low = &low[1..n + 1];
+    let next_high = &high[1..n + 1];
+    let low = &low[..n];
+    let high = &high[..n];
     for i in 0..n {
         out[i] = next_high[i] - high[i] - next_low[i] + low[i];
     }

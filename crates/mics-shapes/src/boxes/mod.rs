@@ -87,4 +87,19 @@ impl Tile {
             lever: moment,
         }
     }
+
+    /// One of which nothing is filled.
+    pub(crate) fn empty(planes: &[Vec<f64>; 3], at: [usize; 3]) -> Tile {
+        Tile::new(planes, at, 0.0, Vector3::zeros())
+    }
+
+    /// Goes to the box of this number along an axis.
+    #[inline]
+    pub(crate) fn set(&mut self, planes: &[Vec<f64>; 3], axis: usize, at: usize) {
+        let low = planes[axis][at];
+        let high = planes[axis][at + 1];
+        self.at[axis] = at;
+        self.middle[axis] = 0.5 * (low + high);
+        self.half[axis] = 0.5 * (high - low);
+    }
 }

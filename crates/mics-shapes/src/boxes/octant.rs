@@ -170,8 +170,8 @@ impl Corner {
         if outer {
             return Corner { volume: outside(planes, pairs, radius), moment };
         }
-        let (mut patch, mut flat) =
-            (2.0 * PI - pairs.iter().map(|pair| pair.outer).sum::<f64>(), 0.0);
+        let mut patch = 2.0 * PI - pairs.iter().map(|pair| pair.outer).sum::<f64>();
+        let mut flat = 0.0;
         for (plane, [y, z]) in planes.iter().zip(&lines) {
             let arc = FRAC_PI_2 - y.angle - z.angle;
             patch -= plane.at / radius * arc;

@@ -203,7 +203,8 @@ impl Rim {
             if ahead.is_none() {
                 break;
             }
-            (at, place) = (next, end);
+            at = next;
+            place = end;
         }
     }
 
@@ -243,7 +244,8 @@ impl Rim {
             };
             self.keep(planes, cell, curve, &at, &end);
             cell[axis] = if rises[axis] { cell[axis] + 1 } else { cell[axis] - 1 };
-            (at, exits[axis]) = (end, exit(axis, cell[axis]));
+            at = end;
+            exits[axis] = exit(axis, cell[axis]);
         }
         self.keep(planes, cell, curve, &at, to);
     }

@@ -51,23 +51,6 @@ pub(crate) fn tile_sphere(radius: f64, lattice: &Lattice, found: &mut dyn FnMut(
     ROOM.with_borrow_mut(|room| room.of_sphere(radius, lattice, found));
 }
 
-impl Tile {
-    /// One of which nothing is filled.
-    fn empty(planes: &[Vec<f64>; 3], at: [usize; 3]) -> Tile {
-        Tile::new(planes, at, 0.0, Vector3::zeros())
-    }
-
-    /// Goes to the box of this number along an axis.
-    #[inline]
-    fn set(&mut self, planes: &[Vec<f64>; 3], axis: usize, at: usize) {
-        let low = planes[axis][at];
-        let high = planes[axis][at + 1];
-        self.at[axis] = at;
-        self.middle[axis] = 0.5 * (low + high);
-        self.half[axis] = 0.5 * (high - low);
-    }
-}
-
 /// Each box that a round body of the given radius (m) reaches, and whether it fills it as a whole.
 fn for_reached(
     planes: &[Vec<f64>; 3],

@@ -101,7 +101,8 @@ impl Rows {
         let mut least = f64::INFINITY;
         let mut most = f64::NEG_INFINITY;
         for x in polygon {
-            (least, most) = (least.min(x[axis]), most.max(x[axis]));
+            least = least.min(x[axis]);
+            most = most.max(x[axis]);
         }
         let mut next = place(own, least);
         if next == own.len() || own.len() < 2 {
@@ -230,6 +231,7 @@ fn divide(
         if high >= 0.0 {
             above.push(*to);
         }
-        (from, low) = (to, high);
+        from = to;
+        low = high;
     }
 }

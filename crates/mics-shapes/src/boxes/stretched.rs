@@ -64,7 +64,9 @@ struct Pieces {
 
 impl Pieces {
     fn add_piece(&mut self, a: &Vector2<f64>, b: &Vector2<f64>) {
-        let (cross, dot, [aa, bb]) = (a.perp(b), a.dot(b), [a, b].map(|x| x.norm_squared()));
+        let cross = a.perp(b);
+        let dot = a.dot(b);
+        let [aa, bb] = [a, b].map(|x| x.norm_squared());
         self.area += cross;
         self.squares += cross * (aa + dot + bb);
         self.length += (b - a).norm();

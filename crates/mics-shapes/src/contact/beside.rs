@@ -121,7 +121,8 @@ impl<'a> Beside<'a> {
             if normal.cross(&(b - a)).dot(&(foot - a)) < 0.0 {
                 let edge = self.edge(&a, &b, normal);
                 if edge.gap < beyond {
-                    (best, beyond) = (edge, edge.gap);
+                    best = edge;
+                    beyond = edge.gap;
                 }
             }
         }
@@ -186,7 +187,8 @@ impl<'a> Beside<'a> {
                 break;
             }
             let side = usize::from(steep > 0.0);
-            (from[side], slopes[side]) = (at, steep);
+            from[side] = at;
+            slopes[side] = steep;
             // An end that stays for a second time counts less.
             if before == Some(side) {
                 slopes[1 - side] *= 0.5;
@@ -250,7 +252,8 @@ impl<'a> Beside<'a> {
             if height(face, &self.placed.place) - inner > highest {
                 let gap = height(face, &self.lowest(&face.normal));
                 if gap > highest {
-                    (above, highest) = (face, gap);
+                    above = face;
+                    highest = gap;
                 }
             }
         }

@@ -69,13 +69,6 @@ fn apart(cores: &[Placed<'_>; 2], size: f64, found: Closest) -> Option<Closest> 
     (found.distance - shown <= 1e-6 * size).then_some(found)
 }
 
-impl Closest {
-    /// The same of the two in the other order.
-    fn turned(self) -> Closest {
-        Closest { normal: -self.normal, points: [self.points[1], self.points[0]], ..self }
-    }
-}
-
 /// The nearest points of a polytope and another core.
 fn beside_polytope(
     polytope: &Polytope,

@@ -31,15 +31,13 @@ struct Above<'a> {
     way: f64,
 }
 
-impl Mesh {
-    /// How a part of a body in this pose touches a region, in the axes of the surface: the place is
-    /// on the surface. `power` is p for parts that are no polytopes.
-    pub fn touch(&self, region: &Region, part: &Part, pose: &Pose, power: f64) -> Touch {
-        let above = Above { mesh: self, region, part, pose, way: region.way(part, pose) };
-        match &part.core {
-            Core::Polytope(polytope) => above.touch_polytope(polytope),
-            _ => above.touch(power),
-        }
+/// How a part of a body in this pose touches a region, in the axes of the surface: the place is
+/// on the surface. `power` is p for parts that are no polytopes.
+pub fn touch_region(mesh: &Mesh, region: &Region, part: &Part, pose: &Pose, power: f64) -> Touch {
+    let above = Above { mesh, region, part, pose, way: region.way(part, pose) };
+    match &part.core {
+        Core::Polytope(polytope) => above.touch_polytope(polytope),
+        _ => above.touch(power),
     }
 }
 

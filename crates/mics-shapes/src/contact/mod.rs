@@ -7,7 +7,7 @@ pub(crate) mod distance;
 pub(crate) mod faces;
 mod flags;
 mod foot;
-mod ground;
+pub(crate) mod ground;
 mod near;
 pub(crate) mod part;
 mod polytope;

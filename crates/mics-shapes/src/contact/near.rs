@@ -77,7 +77,9 @@ fn nearest_of_triangle([a, b, c]: [&Vector3<f64>; 3], point: &Vector3<f64>) -> V
         let way = point - corner;
         (e.dot(&way), f.dot(&way))
     };
-    let ((ae, af), (be, bf), (ce, cf)) = (of(a), of(b), of(c));
+    let (ae, af) = of(a);
+    let (be, bf) = of(b);
+    let (ce, cf) = of(c);
     let u = be * cf - ce * bf;
     let v = ce * af - ae * cf;
     let w = ae * bf - be * af;

@@ -14,123 +14,13 @@
 
 use crate::contact::depths::{POWER, Patch};
 use crate::contact::flags::Flags;
-use crate::contact::near::{Crossing, Foot, crossing, foot_of_ball, nearest_of_segment};
-use crate::contact::part::{Edge, Face, Polytope};
+use crate::contact::near::{Crossing, Foot, crossing, foot_of_ball};
+use crate::contact::part::{Edge, Polytope};
 use crate::contact::pose::Placed;
 use nalgebra::Vector3;
 
 /// Most directions that two are seen along before all corners and edges count.
 const MOST: usize = 8;
-
-impl Polytope {
-    /// Of these corners (m) and faces.
-    pub fn new(corners: Vec<Vector3<f64>>, faces: Vec<Face>) -> Polytope {
-        let mut sides: Vec<([u32; 2], u32)> = Vec::new();
-        for (k, face) in faces.iter().enumerate().filter(|(_, face)| face.corners.len() > 2) {
-            let next = face.corners.iter().cycle().skip(1);
-            let ends = face.corners.iter().zip(next).map(|(a, b)| [*a.min(b), *a.max(b)]);
-            sides.extend(ends.map(|ends| (ends, k as u32)));
-        }
-        sides.sort_unstable();
-        let two = sides.chunk_by(|one, other| one.0 == other.0);
-        let edges =
-            two.map(|two| Edge { corners: two[0].0, faces: [two[0].1, two[two.len() - 1].1] });
-        Polytope { edges: edges.collect(), corners, faces }
-    }
-
-    /// A corner by its number (m).
-    fn corner(&self, k: u32) -> Vector3<f64> {
-        self.corners[k as usize]
-    }
-
-    /// The ends of an edge or of a face in 2D (m).
-    fn ends(&self, edge: &[u32]) -> [Vector3<f64>; 2] {
-        [self.corner(edge[0]), self.corner(edge[1])]
-    }
-
-    /// How high a point is above a face (m).
-    fn above(&self, face: &Face, point: &Vector3<f64>) -> f64 {
-        (point - self.corner(face.corners[0])).dot(&face.normal)
-    }
-
-    /// A distance that a point is not nearer than (m).
-    pub(crate) fn height(&self, point: &Vector3<f64>) -> f64 {
-        let heights = self.faces.iter().map(|face| self.above(face, point));
-        heights.fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    /// The signed distance of a point (m), and the direction away from the nearest point; own axes.
-    pub(crate) fn beside(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
-        let mut height = f64::NEG_INFINITY;
-        let mut highest = &self.faces[0];
-        let mut seen = Flags::none();
-        for (k, face) in self.faces.iter().enumerate() {
-            let above = self.above(face, point);
-            if above > height {
-                (height, highest) = (above, face);
-            }
-            if above > 0.0 {
-                seen.add(k);
-            }
-        }
-        if height <= 0.0 || self.is_above(highest, point) {
-            return (height, highest.normal);
-        }
-        let mut nearest = (f64::INFINITY, Vector3::zeros());
-        let mut take = |way: Vector3<f64>| {
-            let square = way.norm_squared();
-            if square < nearest.0 {
-                nearest = (square, way);
-            }
-        };
-        if self.edges.is_empty() {
-            self.corners.iter().for_each(|corner| take(point - corner));
-        }
-        for edge in self.edges.iter().filter(|edge| edge.faces.iter().any(|k| seen.may(*k))) {
-            let [a, b] = self.ends(&edge.corners);
-            take(point - nearest_of_segment(&a, &b, point));
-        }
-        let distance = nearest.0.sqrt();
-        (distance, nearest.1 / distance)
-    }
-
-    /// Whether the foot of a point on the plane of a face is in the face.
-    fn is_above(&self, face: &Face, point: &Vector3<f64>) -> bool {
-        let n = face.corners.len();
-        if n == 2 {
-            let [a, b] = self.ends(&face.corners);
-            let edge = b - a;
-            let along = (point - a).dot(&edge);
-            return along >= 0.0 && along <= edge.norm_squared();
-        }
-        (0..n).all(|k| {
-            let [a, b] = self.ends(&[face.corners[k], face.corners[(k + 1) % n]]);
-            face.normal.cross(&(b - a)).dot(&(point - a)) >= 0.0
-        })
-    }
-
-    /// The face that faces a direction most.
-    pub(crate) fn facing(&self, n: &Vector3<f64>) -> &Face {
-        let along = |face: &&Face| face.normal.dot(n);
-        let best = self.faces.iter().max_by(|a, b| along(a).total_cmp(&along(b)));
-        best.unwrap_or(&self.faces[0])
-    }
-
-    /// A face through a point of the surface that reaches further in the direction `up` than the
-    /// point does, if there is one.
-    pub(crate) fn further(&self, point: &Vector3<f64>, up: &Vector3<f64>) -> Option<&Face> {
-        let slack = 1e-12 * point.amax().max(self.corners[0].amax());
-        let beyond = |face: &Face| {
-            let ahead = |k: &u32| (self.corner(*k) - point).dot(up);
-            face.corners.iter().map(ahead).fold(0.0, f64::max)
-        };
-        let through =
-            |face: &&Face| (point - self.corner(face.corners[0])).dot(&face.normal).abs() <= slack;
-        let best = self.faces.iter().filter(through).map(|face| (beyond(face), face));
-        let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
-        best.filter(|(beyond, _)| *beyond > slack).map(|(_, face)| face)
-    }
-}
 
 /// The nearest points of a corner and a core, or of two edges.
 #[derive(Clone, Copy, Debug)]
@@ -286,7 +176,8 @@ pub(crate) fn foot(
     let mut gap = most;
     let mut take = |foot: Foot| {
         if foot.gap < gap {
-            (gap, best) = (foot.gap, Some(foot));
+            gap = foot.gap;
+            best = Some(foot);
         }
         gap
     };

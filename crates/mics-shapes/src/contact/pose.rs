@@ -24,6 +24,13 @@ pub struct Closest {
     pub points: [Vector3<f64>; 2],
 }
 
+impl Closest {
+    /// The same of the two in the other order.
+    pub(crate) fn turned(self) -> Closest {
+        Closest { normal: -self.normal, points: [self.points[1], self.points[0]], ..self }
+    }
+}
+
 /// A core at its place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placed<'a> {

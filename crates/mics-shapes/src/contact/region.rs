@@ -85,6 +85,25 @@ impl Region {
         let turned = (pose.orientation.matrix() - self.orientation.matrix()).norm();
         (way + part.radius * turned * std::f64::consts::FRAC_1_SQRT_2) * (1.0 + 1e-9)
     }
+
+    /// The number by which contacts know the nearest face.
+    pub fn nearest(&self) -> usize {
+        self.faces.first().map_or(0, |face| face.origin as usize)
+    }
+
+    /// Whether it has a face that contacts know by this number.
+    pub fn has(&self, origin: usize) -> bool {
+        self.faces.iter().any(|face| face.origin as usize == origin)
+    }
+
+    /// The number by which contacts know the face that is nearest to a point (m).
+    pub fn face_at(&self, mesh: &Mesh, point: &Vector3<f64>) -> usize {
+        let far = |face: &Held| {
+            (point - nearest(&face.corners[..mesh.dimension()], point)).norm_squared()
+        };
+        let best = self.faces.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        best.map_or(0, |face| face.origin as usize)
+    }
 }
 
 /// How near the faces are that are found (m).
@@ -139,227 +158,205 @@ impl Regions {
         corners.clear();
         self.count += 1;
     }
-}
 
-impl Mesh {
     /// Finds the regions within reach of a part of a body in this pose, in the axes of the surface,
     /// the nearest first, and adds them; their numbers.
-    pub fn regions(
-        &self,
+    pub fn find(
+        &mut self,
+        mesh: &Mesh,
         part: &Part,
         pose: &Pose,
         reach: Reach,
-        regions: &mut Regions,
     ) -> std::ops::Range<usize> {
-        let begin = regions.count;
-        let mut scratch = std::mem::take(&mut regions.scratch);
-        self.find_near(part, pose, reach, &mut scratch);
+        let begin = self.count;
+        let mut scratch = std::mem::take(&mut self.scratch);
+        find_near(mesh, part, pose, reach, &mut scratch);
         let Scratch { near, seeds, of, .. } = &mut scratch;
         for (gap, up, k) in near.iter() {
-            let face = self.face(*k);
+            let face = mesh.face(*k);
             let own = [*up, face.normal];
             let alike = |seed: &[Vector3<f64>; 2]| (0..2).any(|k| seed[k].dot(&own[k]) >= ALIKE);
             let known = seeds.iter().position(alike);
             if known.is_none() {
                 seeds.push(own);
-                regions.push();
+                self.push();
             }
             let region = known.unwrap_or(seeds.len() - 1);
-            let faces = &mut regions.all[begin + region].faces;
+            let faces = &mut self.all[begin + region].faces;
             of.push([region as u32, faces.len() as u32]);
-            let corners = self.corners_of(*k);
+            let corners = mesh.corners_of(*k);
             let gap = *gap;
             faces.push(Held { corners, normal: face.normal, origin: face.origin, gap });
         }
-        let found = &mut regions.all[begin..regions.count];
+        let found = &mut self.all[begin..self.count];
         if near.len() > 1 || part.core != Core::Point {
-            self.find_edges(&mut scratch, found);
+            find_edges(mesh, &mut scratch, found);
         }
         for region in found {
             region.middle = pose.place + pose.orientation * part.place;
             region.orientation = pose.orientation;
         }
-        regions.scratch = scratch;
-        begin..regions.count
+        self.scratch = scratch;
+        begin..self.count
     }
+}
 
-    /// The faces within reach that do not face away from a part, the nearest first.
-    fn find_near(&self, part: &Part, pose: &Pose, reach: Reach, scratch: &mut Scratch) {
-        let Scratch { near, seeds, of, .. } = scratch;
-        near.clear();
-        seeds.clear();
-        of.clear();
-        let placed = Placed::new(part, pose);
-        let middle = placed.place;
-        let widest = part.radius + reach.all;
-        let before = std::cell::OnceCell::new();
-        self.near(&middle, &self.extents(part, &placed, reach.all), |k| {
-            let face = self.face(k);
-            let corners = &self.corners_of(k)[..self.dimension()];
-            let height = (middle - corners[0]).dot(&face.normal);
-            let before = || *before.get_or_init(|| self.before(&middle, widest));
-            if height > widest || self.is_behind(part, &middle, face, corners, reach.all, before) {
-                return;
-            }
-            // As with walls of the box, the sphere about a part is in reach or not.
-            let sphere = foot_of_ball(&middle, part.radius, corners, &face.normal);
-            if sphere.gap > reach.all {
-                return;
-            }
-            let foot = self.foot_within(part, pose, k, reach);
-            if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
-                near.push((foot.gap, foot.up, k));
-            }
-        });
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-    }
-
-    /// The foot of a face, where it is within reach; that of its middle, with a bound of the gap,
-    /// where it is not touched.
-    fn foot_within(&self, part: &Part, pose: &Pose, k: u32, reach: Reach) -> Option<Foot> {
-        let normal = &self.face(k).normal;
-        let corners = &self.corners_of(k)[..self.dimension()];
-        if part.core == Core::Point {
-            return foot(part, pose, corners, normal, reach.all.next_up());
-        }
-        let (middle, more) = at_middle(part, &Placed::new(part, pose), corners);
-        let least = middle.gap - more;
-        if least > reach.touched {
-            return (least <= reach.all).then_some(Foot { gap: least, ..middle });
-        }
-        let nearer = foot(part, pose, corners, normal, middle.gap).unwrap_or(middle);
-        (nearer.gap <= reach.all).then_some(nearer)
-    }
-
-    /// Whether a face with these corners (m) faces away from a part with this middle (m) by more
-    /// than `reach` (m), or is the far side of a thin wall: farther than what the middle lies
-    /// `before` (m). Polytopes are asked at their nearest corner.
-    fn is_behind(
-        &self,
-        part: &Part,
-        middle: &Vector3<f64>,
-        face: &Face,
-        corners: &[Vector3<f64>],
-        reach: f64,
-        before: impl Fn() -> f64,
-    ) -> bool {
+/// The faces within reach that do not face away from a part, the nearest first.
+fn find_near(mesh: &Mesh, part: &Part, pose: &Pose, reach: Reach, scratch: &mut Scratch) {
+    let Scratch { near, seeds, of, .. } = scratch;
+    near.clear();
+    seeds.clear();
+    of.clear();
+    let placed = Placed::new(part, pose);
+    let middle = placed.place;
+    let widest = part.radius + reach.all;
+    let before = std::cell::OnceCell::new();
+    mesh.near(&middle, &extents(mesh, part, &placed, reach.all), |k| {
+        let face = mesh.face(k);
+        let corners = &mesh.corners_of(k)[..mesh.dimension()];
         let height = (middle - corners[0]).dot(&face.normal);
-        if height >= 0.0 || matches!(part.core, Core::Polytope(_)) {
-            return false;
+        let before = || *before.get_or_init(|| nearest_front(mesh, &middle, widest));
+        if height > widest || is_behind(part, &middle, face, corners, reach.all, before) {
+            return;
         }
-        height < -reach || (middle - nearest(corners, middle)).norm() > before()
-    }
-
-    /// How far along each axis faces may be from the middle of a part that are within `reach` (m).
-    fn extents(&self, part: &Part, placed: &Placed<'_>, reach: f64) -> Vector3<f64> {
-        if part.core == Core::Point {
-            return Vector3::repeat(part.radius + reach);
+        // As with walls of the box, the sphere about a part is in reach or not.
+        let sphere = foot_of_ball(&middle, part.radius, corners, &face.normal);
+        if sphere.gap > reach.all {
+            return;
         }
-        Vector3::from_fn(|a, _| {
-            if a >= self.dimension() {
-                return reach;
-            }
-            let axis = Vector3::ith(a, 1.0);
-            let along = [axis, -axis].map(|n| (placed.support(&n) - placed.place).dot(&n));
-            along[0].max(along[1]) + part.rounding + reach
-        })
-    }
+        let foot = foot_within(mesh, part, pose, k, reach);
+        if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
+            near.push((foot.gap, foot.up, k));
+        }
+    });
+    near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+}
 
-    /// How far a point is from the nearest face that it lies in front of (m), if that is within a
-    /// distance (m). A face that it lies behind and that is farther is the far side of a thin wall.
-    fn before(&self, point: &Vector3<f64>, within: f64) -> f64 {
-        let mut least = f64::INFINITY;
-        self.near(point, &Vector3::repeat(within), |k| {
-            let face = self.face(k);
-            let corners = self.corners_of(k);
-            if (point - corners[0]).dot(&face.normal) >= 0.0 {
-                let at = nearest(&corners[..self.dimension()], point);
-                least = least.min((point - at).norm());
-            }
-        });
-        // A corner that both have counts for both.
-        least * (1.0 + 1e-9)
+/// The foot of a face, where it is within reach; that of its middle, with a bound of the gap,
+/// where it is not touched.
+fn foot_within(mesh: &Mesh, part: &Part, pose: &Pose, k: u32, reach: Reach) -> Option<Foot> {
+    let normal = &mesh.face(k).normal;
+    let corners = &mesh.corners_of(k)[..mesh.dimension()];
+    if part.core == Core::Point {
+        return foot(part, pose, corners, normal, reach.all.next_up());
     }
+    let (middle, more) = at_middle(part, &Placed::new(part, pose), corners);
+    let least = middle.gap - more;
+    if least > reach.touched {
+        return (least <= reach.all).then_some(Foot { gap: least, ..middle });
+    }
+    let nearer = foot(part, pose, corners, normal, middle.gap).unwrap_or(middle);
+    (nearer.gap <= reach.all).then_some(nearer)
+}
 
-    /// Finds the edges and corners of regions: each belongs to one, the first of its faces'.
-    fn find_edges(&self, scratch: &mut Scratch, regions: &mut [Region]) {
-        let Scratch { near, of, edges, corners, .. } = scratch;
-        edges.clear();
-        corners.clear();
-        for ((.., face), [region, place]) in near.iter().zip(of.iter()) {
-            let face = self.face(*face);
-            let faces = [*place, ELSEWHERE];
-            // Those of a segment are its edges, as of a triangle.
-            let counts = if self.dimension() == 2 { -1.0 } else { 1.0 };
-            for k in 0..self.dimension() {
-                let [a, b] = [face.corners[k], face.corners[(k + 1) % 3]];
-                let sharp = self.is_sharp(a);
-                corners.push((*region, Bound { corners: a, counts, sharp, faces }));
-                if self.dimension() == 3 {
-                    let ends = [a.min(b), a.max(b)];
-                    let sharp = face.sharp[k];
-                    edges.push((*region, Bound { corners: ends, counts: -1.0, sharp, faces }));
-                }
+/// Whether a face with these corners (m) faces away from a part with this middle (m) by more
+/// than `reach` (m), or is the far side of a thin wall: farther than what the middle lies
+/// `before` (m). Polytopes are asked at their nearest corner.
+fn is_behind(
+    part: &Part,
+    middle: &Vector3<f64>,
+    face: &Face,
+    corners: &[Vector3<f64>],
+    reach: f64,
+    before: impl Fn() -> f64,
+) -> bool {
+    let height = (middle - corners[0]).dot(&face.normal);
+    if height >= 0.0 || matches!(part.core, Core::Polytope(_)) {
+        return false;
+    }
+    height < -reach || (middle - nearest(corners, middle)).norm() > before()
+}
+
+/// How far along each axis faces may be from the middle of a part that are within `reach` (m).
+fn extents(mesh: &Mesh, part: &Part, placed: &Placed<'_>, reach: f64) -> Vector3<f64> {
+    if part.core == Core::Point {
+        return Vector3::repeat(part.radius + reach);
+    }
+    Vector3::from_fn(|a, _| {
+        if a >= mesh.dimension() {
+            return reach;
+        }
+        let axis = Vector3::ith(a, 1.0);
+        let along = [axis, -axis].map(|n| (placed.support(&n) - placed.place).dot(&n));
+        along[0].max(along[1]) + part.rounding + reach
+    })
+}
+
+/// How far a point is from the nearest face that it lies in front of (m), if that is within a
+/// distance (m). A face that it lies behind and that is farther is the far side of a thin wall.
+fn nearest_front(mesh: &Mesh, point: &Vector3<f64>, within: f64) -> f64 {
+    let mut least = f64::INFINITY;
+    mesh.near(point, &Vector3::repeat(within), |k| {
+        let face = mesh.face(k);
+        let corners = mesh.corners_of(k);
+        if (point - corners[0]).dot(&face.normal) >= 0.0 {
+            let at = nearest(&corners[..mesh.dimension()], point);
+            least = least.min((point - at).norm());
+        }
+    });
+    // A corner that both have counts for both.
+    least * (1.0 + 1e-9)
+}
+
+/// Finds the edges and corners of regions: each belongs to one, the first of its faces'.
+fn find_edges(mesh: &Mesh, scratch: &mut Scratch, regions: &mut [Region]) {
+    let Scratch { near, of, edges, corners, .. } = scratch;
+    edges.clear();
+    corners.clear();
+    for ((.., face), [region, place]) in near.iter().zip(of.iter()) {
+        let face = mesh.face(*face);
+        let faces = [*place, ELSEWHERE];
+        // Those of a segment are its edges, as of a triangle.
+        let counts = if mesh.dimension() == 2 { -1.0 } else { 1.0 };
+        for k in 0..mesh.dimension() {
+            let [a, b] = [face.corners[k], face.corners[(k + 1) % 3]];
+            let sharp = mesh.is_sharp(a);
+            corners.push((*region, Bound { corners: a, counts, sharp, faces }));
+            if mesh.dimension() == 3 {
+                let ends = [a.min(b), a.max(b)];
+                let sharp = face.sharp[k];
+                edges.push((*region, Bound { corners: ends, counts: -1.0, sharp, faces }));
             }
         }
-        count(edges, |region, edge| {
-            if edge.counts != 0.0 || edge.sharp {
-                regions[region as usize].edges.push(edge);
-            }
-            let faces = [ELSEWHERE; 2];
-            let of = |corner| Bound { corners: corner, sharp: false, counts: -1.0, faces };
-            corners.extend(edge.corners.map(|corner| (u32::MAX, of(corner))));
-        });
-        count(corners, |region, corner| {
-            if corner.counts != 0.0 || corner.sharp {
-                regions[region as usize].corners.push(corner);
-            }
-        });
     }
+    count(edges, |region, edge| {
+        if edge.counts != 0.0 || edge.sharp {
+            regions[region as usize].edges.push(edge);
+        }
+        let faces = [ELSEWHERE; 2];
+        let of = |corner| Bound { corners: corner, sharp: false, counts: -1.0, faces };
+        corners.extend(edge.corners.map(|corner| (u32::MAX, of(corner))));
+    });
+    count(corners, |region, corner| {
+        if corner.counts != 0.0 || corner.sharp {
+            regions[region as usize].corners.push(corner);
+        }
+    });
+}
 
-    /// The number by which contacts know the nearest face of a region.
-    pub fn nearest_of(&self, region: &Region) -> usize {
-        region.faces.first().map_or(0, |face| face.origin as usize)
-    }
-
-    /// Whether a region has a face that contacts know by this number.
-    pub fn has(&self, region: &Region, origin: usize) -> bool {
-        region.faces.iter().any(|face| face.origin as usize == origin)
-    }
-
-    /// The number by which contacts know the face of a region that is nearest to a point (m).
-    pub fn face_at(&self, region: &Region, point: &Vector3<f64>) -> usize {
-        let far = |face: &Held| {
-            (point - nearest(&face.corners[..self.dimension()], point)).norm_squared()
-        };
-        let best = region.faces.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
-        best.map_or(0, |face| face.origin as usize)
-    }
-
-    /// The gap (m) between a part of a body in this pose and the surface, of which a point is at
-    /// most `most` (m) from the part's place, and the direction to there; in the axes of the
-    /// surface.
-    pub(crate) fn gap(&self, part: &Part, pose: &Pose, most: f64) -> Option<(Vector3<f64>, f64)> {
-        let placed = Placed::new(part, pose);
-        let middle = placed.place;
-        let mut best: Option<Foot> = None;
-        let within = most * (1.0 + 1e-9);
-        let before = self.before(&middle, within);
-        self.near(&middle, &Vector3::repeat(within), |k| {
-            let face = self.face(k);
-            let corners = &self.corners_of(k)[..self.dimension()];
-            if self.is_behind(part, &middle, face, corners, f64::INFINITY, || before) {
-                return;
-            }
-            let most = best.map_or(f64::INFINITY, |best| best.gap);
-            let foot = self.foot_within(part, pose, k, Reach { all: most, touched: most });
-            let foot = foot.filter(|foot| foot.gap < most);
-            if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
-                best = Some(foot);
-            }
-        });
-        best.map(|foot| (-foot.up, foot.gap))
-    }
+/// The gap (m) between a part of a body in this pose and the surface, of which a point is at
+/// most `most` (m) from the part's place, and the direction to there; in the axes of the
+/// surface.
+pub(crate) fn gap(mesh: &Mesh, part: &Part, pose: &Pose, most: f64) -> Option<(Vector3<f64>, f64)> {
+    let placed = Placed::new(part, pose);
+    let middle = placed.place;
+    let mut best: Option<Foot> = None;
+    let within = most * (1.0 + 1e-9);
+    let before = nearest_front(mesh, &middle, within);
+    mesh.near(&middle, &Vector3::repeat(within), |k| {
+        let face = mesh.face(k);
+        let corners = &mesh.corners_of(k)[..mesh.dimension()];
+        if is_behind(part, &middle, face, corners, f64::INFINITY, || before) {
+            return;
+        }
+        let most = best.map_or(f64::INFINITY, |best| best.gap);
+        let foot = foot_within(mesh, part, pose, k, Reach { all: most, touched: most });
+        let foot = foot.filter(|foot| foot.gap < most);
+        if let Some(foot) = foot.filter(|foot| !is_far_side(part, foot, face)) {
+            best = Some(foot);
+        }
+    });
+    best.map(|foot| (-foot.up, foot.gap))
 }
 
 /// Whether the nearest point of a polytope sees a face from behind, as the far side of a tip.

@@ -61,7 +61,9 @@ impl Simplex {
             for set in sets.filter(|set| set.count_ones() as usize == size) {
                 let Some((point, chosen)) = project(&all, set) else { continue };
                 if point.norm_squared() < best * (1.0 - 1e-14) {
-                    (best, nearest, *self) = (point.norm_squared(), point, chosen);
+                    best = point.norm_squared();
+                    nearest = point;
+                    *self = chosen;
                 }
             }
         }
@@ -129,7 +131,8 @@ pub(crate) fn search(cores: &[Placed<'_>; 2], way: &Vector3<f64>) -> Option<[Vec
         if nearest >= length * (1.0 - 1e-15) {
             break;
         }
-        (simplex, length) = (next, nearest);
+        simplex = next;
+        length = nearest;
         way = {
             let [x, y] = simplex.points();
             y - x

@@ -134,7 +134,8 @@ impl Clump {
             let arm = own - volume * c;
             second += ball::second_moments(body, &c, radius, volume);
             second += c * arm.transpose() + arm * c.transpose() + volume * c * c.transpose();
-            (whole, first) = (whole + volume, first + own);
+            whole += volume;
+            first += own;
         });
         (whole, first / whole, convex::inertia(&second))
     }
@@ -272,7 +273,8 @@ impl Clump {
             let [x, y] = [i % n, i / n].map(|i| (i as f64 + 0.5) / n as f64 - 0.5);
             let n = (direction + width * (x * u + y * v)).normalize();
             if self.is_free(&at(&n), [k, k]) {
-                (count, sum) = (count + 1.0, sum + n);
+                count += 1.0;
+                sum += n;
             }
         }
         (count / (n * n) as f64, sum.try_normalize(0.0).unwrap_or(*direction))
@@ -381,10 +383,12 @@ impl Shape for Clump {
             let mut part = 1.0;
             let mut first = middle;
             if nearest > -reach && nearest < reach {
-                (part, first) = (0.0, Vector3::zeros());
+                part = 0.0;
+                first = Vector3::zeros();
                 self.each_cell(&middle, &half, |ball, body| {
                     let (volume, own) = ball::moments(body, &ball.centre, ball.radius);
-                    (part, first) = (part + volume / whole, first + own / whole);
+                    part += volume / whole;
+                    first += own / whole;
                 });
             }
             if nearest < reach {

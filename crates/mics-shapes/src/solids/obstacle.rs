@@ -14,6 +14,7 @@ mod walls;
 
 use crate::contact::faces::Mesh;
 use crate::contact::part::Core;
+use crate::contact::region;
 use crate::surface::{outline, patches};
 use crate::{Fault, Lattice, Nearest, Part, Pose, Shape, SurfacePoint, Tile};
 use columns::Columns;
@@ -290,7 +291,7 @@ impl Obstacle {
                 return (-within.normal, within.distance - part.rounding);
             }
         }
-        self.faces.gap(part, pose, nearest.distance).unwrap_or(round)
+        region::gap(&self.faces, part, pose, nearest.distance).unwrap_or(round)
     }
 
     /// Whether the fluid meets it and another one as one solid.

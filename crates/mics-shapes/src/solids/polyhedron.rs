@@ -290,7 +290,8 @@ fn bevelled(core: &Facets, r: f64, volume: f64) -> Convex {
             break;
         }
         let next = high - ends[1] * (high - low) / (ends[1] - ends[0]);
-        (low, high) = (high, next.clamp(0.9 * r, 1.1 * r));
+        low = high;
+        high = next.clamp(0.9 * r, 1.1 * r);
         ends = [ends[1], body(high).moments().0 - volume];
     }
     let mut whole = body(high);
@@ -342,7 +343,8 @@ impl Shape for Polyhedron {
         if self.core.is_some() {
             for patch in &mut all {
                 let Nearest { distance, normal } = self.nearest(&patch.place);
-                (patch.place, patch.normal) = (patch.place - distance * normal, normal);
+                patch.place -= distance * normal;
+                patch.normal = normal;
             }
         }
         all

@@ -144,7 +144,8 @@ impl Shape for Superquadric {
         let mut all = self.facets.patches(spacing);
         for patch in &mut all {
             let Nearest { distance, normal } = self.nearest(&patch.place);
-            (patch.place, patch.normal) = (patch.place - distance * normal, normal);
+            patch.place -= distance * normal;
+            patch.normal = normal;
         }
         all
     }
@@ -206,7 +207,8 @@ mod tests {
             ([1.0, 0.6, 0.8], [20.0, 2.0]),
         ] {
             let body = Superquadric::new(axes, exponents).unwrap();
-            let ((volume, first), feet) = (lattice(&body), feet(&body, 1.2));
+            let (volume, first) = lattice(&body);
+            let feet = feet(&body, 1.2);
             let big =
                 body.facets.depth() / (0.5 * axes.iter().copied().fold(f64::INFINITY, f64::min));
             println!(

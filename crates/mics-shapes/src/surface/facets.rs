@@ -213,7 +213,9 @@ impl Facets {
                 let (next, _) = self.arm_from(face, point, above);
                 let square = next.norm_squared();
                 if square < best {
-                    (best, arm, at) = (square, next, *k as usize);
+                    best = square;
+                    arm = next;
+                    at = *k as usize;
                     distance = best.sqrt();
                 }
             }
@@ -316,10 +318,12 @@ impl Facets {
         let mut low = self.corners[0];
         let mut high = self.corners[0];
         for corner in &self.corners {
-            (low, high) = (low.inf(corner), high.sup(corner));
+            low = low.inf(corner);
+            high = high.sup(corner);
         }
         let margin = Vector3::repeat(0.25 * (high - low).amax());
-        (low, high) = (low - margin, high + margin);
+        low -= margin;
+        high += margin;
         let times = HALVINGS.iter().find(|(faces, _)| self.faces.len() <= *faces);
         let times = times.map_or(0, |(_, times)| *times);
         let count = 1 << times;

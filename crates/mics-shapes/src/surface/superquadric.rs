@@ -102,7 +102,8 @@ impl Surface {
             (p - 1.0) * z,
         ));
         let mixed = lower * (p - q) * lean.x * u.x * lean.y * u.y * sign.x * sign.y;
-        (hessian[(0, 1)], hessian[(1, 0)]) = (mixed, mixed);
+        hessian[(0, 1)] = mixed;
+        hessian[(1, 0)] = mixed;
         let inverse = Matrix3::from_diagonal(&self.half.map(|a| 1.0 / a));
         let gradient = inverse * slope;
         let length = gradient.norm();

@@ -147,7 +147,8 @@ fn distance_of_all_pairs_is_largest_along_its_normal() {
 fn overlap_changes_as_place_and_normal_say() {
     let mut dice = Dice(5);
     for flat in [true, false] {
-        let (shapes, mut worst) = (shapes(flat), [0.0f64; 2]);
+        let shapes = shapes(flat);
+        let mut worst = [0.0f64; 2];
         for (a, b) in shapes.iter().flat_map(|a| shapes.iter().map(move |b| (a, b))) {
             let mut tried = 0;
             for _ in 0..4000 {
@@ -161,7 +162,8 @@ fn overlap_changes_as_place_and_normal_say() {
                 }
                 tried += 1;
                 let turn = if flat { Vector3::z() * dice.roll() } else { dice.vector(false) };
-                let (move_by, h) = (dice.vector(flat), 1e-8);
+                let move_by = dice.vector(flat);
+                let h = 1e-8;
                 let moved = |h: f64| {
                     let turned = Orientation::from_scaled_axis(h * turn) * poses[0].orientation;
                     let pose = Pose { place: poses[0].place + h * move_by, orientation: turned };
@@ -172,7 +174,8 @@ fn overlap_changes_as_place_and_normal_say() {
                 let expected = found.gain * (velocity + found.couple * turn).dot(&found.normal);
                 // Of two boxes without the slope of what nearly parallel edges count.
                 let boxes = [a, b].iter().all(|p| matches!(p.core, Core::Polytope(_))) && !flat;
-                let (apart, limit) = ((slope - expected).abs(), if boxes { 5e-4 } else { 1e-6 });
+                let apart = (slope - expected).abs();
+                let limit = if boxes { 5e-4 } else { 1e-6 };
                 worst[usize::from(boxes)] = worst[usize::from(boxes)].max(apart);
                 assert!(apart < limit, "{slope} {expected} {a:?} {b:?} {poses:?}");
             }
@@ -186,7 +189,8 @@ fn overlap_changes_as_place_and_normal_say() {
 /// stiff as a corner within a factor.
 #[test]
 fn flat_patch_is_as_deep_as_its_corners() {
-    let (small, large) = (cuboid([0.5, 0.5, 0.5], 0.02), cuboid([1.0, 1.0, 0.5], 0.02));
+    let small = cuboid([0.5, 0.5, 0.5], 0.02);
+    let large = cuboid([1.0, 1.0, 0.5], 0.02);
     let at = |x: f64, z: f64, turn: Vector3<f64>| Pose {
         place: Vector3::new(x, 0.0, z),
         orientation: Orientation::from_scaled_axis(turn),
@@ -255,7 +259,8 @@ fn ellipsoids_have_a_distance_wherever_they_overlap() {
     let mut dice = Dice(13);
     for flat in [true, false] {
         let z = if flat { 0.0 } else { 1.0 };
-        let (a, b) = (ellipsoid([0.5, 0.3, 0.4 * z]), ellipsoid([0.3, 0.25, 0.35 * z]));
+        let a = ellipsoid([0.5, 0.3, 0.4 * z]);
+        let b = ellipsoid([0.3, 0.25, 0.35 * z]);
         for _ in 0..2000 {
             let poses = [dice.pose(flat, 0.1), dice.pose(flat, 0.45)];
             let guess = poses[1].place - poses[0].place;

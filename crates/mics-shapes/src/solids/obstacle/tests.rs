@@ -24,7 +24,8 @@ fn sums(obstacle: &Obstacle, n: [usize; 3]) -> (f64, Vector3<f64>) {
     let mut all = 0.0;
     let mut first = Vector3::zeros();
     obstacle.tile(&lattice, &mut |tile| {
-        (all, first) = (all + whole * tile.part, first + whole * tile.moment);
+        all += whole * tile.part;
+        first += whole * tile.moment;
     });
     (all, first)
 }
