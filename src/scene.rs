@@ -25,9 +25,13 @@ use crate::poisson::pressure::{Projected, Projection, StoppingRule};
 use crate::scheme::Limits;
 use crate::state::{Readable, State};
 use crate::{Error, Result};
+pub use begin::{go_on_from, start_from};
 pub(crate) use build::impact;
 use build::{axes, body, method, refuse_shapes, scatter, solver};
 pub use cells::read_case;
+pub use describe::{needs, stages};
+pub use diagnostics::gather;
+pub use insertion::{admit, bring, ids, keep_only, leaving, remove};
 use nalgebra::Vector3;
 use sides::boundary;
 use std::f64::consts::TAU;
@@ -258,10 +262,13 @@ impl<const D: usize> Scene<D> {
         self.domain.take_forces(&self.state.u, start + 0.5 * dt);
         let power = energy::power_of_forces(&self.domain, &self.state.u, &*self.method)?;
         match self.method.step(&mut self.domain, &mut self.state, dt) {
-            Err(Error::NotFinite(NotFinite::Velocity)) => Err(self.name_what_is_lost()?),
+            Err(Error::NotFinite(NotFinite::Velocity)) => {
+                Err(diagnostics::name_what_is_lost(self)?)
+            }
             Err(failed) => Err(failed),
             Ok(projected) => {
-                let diagnostics::Energies { all_cells, inside, largest_speed } = self.energies()?;
+                let diagnostics::Energies { all_cells, inside, largest_speed } =
+                    diagnostics::energies(self)?;
                 self.state.energy.work.drive += 0.5
                     * dt
                     * (power
@@ -368,6 +375,24 @@ impl<const D: usize> Scene<D> {
             .iter()
             .filter_map(|body| fall(body, &self.domain.fluid))
             .fold(coming, f64::max)
+    }
+
+    /// The solver of the pressure equation and why it is taken, as `cg + boxmg (auto: ...)`.
+    pub fn solver(&self) -> Result<String> {
+        let solver = self.domain.projection.solver();
+        let reason =
+            if solver.chosen_by_options()? { "PETSc's options" } else { self.solver_reason };
+        Ok(format!("{} ({reason})", solver.describe()?))
+    }
+
+    /// Kinetic energy of all cells, what lies inside bodies with them (J; per metre of depth in
+    /// 2D), and the largest speed of the fluid, of cells outside the bodies (m/s). Collective.
+    ///
+    /// # Errors
+    /// When a velocity is not finite: names the cell or the particle.
+    pub fn energy_and_speed(&mut self) -> Result<(f64, f64)> {
+        let diagnostics::Energies { all_cells, largest_speed, .. } = diagnostics::energies(self)?;
+        Ok((all_cells, largest_speed))
     }
 }
 

@@ -3,8 +3,8 @@
 use super::layer::{largest_speed, number_of_flow};
 use super::particles::{doubled, sticks};
 use crate::Result;
-use crate::config::{AXES, Case, Particle, Side, Stream};
-use crate::scene::Scene;
+use crate::config::{AXES, Case, Particle, Side, Stream, stream};
+use crate::scene::{self, Scene};
 
 use crate::words::{brief, number, rounded};
 use mics_run::summary::Need;
@@ -32,7 +32,7 @@ pub fn describe_box(case: &Case) -> Vec<String> {
 
 /// The Reynolds number of the stream, by the largest particle or the height of the box.
 pub fn reynolds(case: &Case) -> Option<String> {
-    let Stream { speed, length, of, reynolds } = case.stream()?;
+    let Stream { speed, length, of, reynolds } = stream(case)?;
     Some(format!(
         "Reynolds     {} (speed {} m/s, {of} {} m)",
         number_of_flow(reynolds),
@@ -45,7 +45,7 @@ pub fn reynolds(case: &Case) -> Option<String> {
 pub fn describe_pressure<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
     let mut lines = vec![case.describe_pressure(&scene.solver()?).to_string()];
     lines.extend(tight_pressure(case));
-    for Need { what, needed, why } in scene.needs() {
+    for Need { what, needed, why } in scene::needs(scene) {
         lines.push(format!("{:<13}{what}: {why}", if needed { "needs" } else { "skips" }));
     }
     Ok(lines)

@@ -8,7 +8,7 @@
 //!   delta                             [`boundary_layer`]
 //! ```
 
-use crate::config::{AXES, Case, Motion, Particle, Side};
+use crate::config::{AXES, Case, Motion, Particle, Side, driven_speed};
 use crate::drag::{boundary_layer, terminal_speed};
 use crate::words::{brief, whole};
 
@@ -53,7 +53,7 @@ impl Layer {
     /// The thinnest of a body, in diameters; `None` where nothing moves past a body.
     pub fn of_bodies(case: &Case) -> Option<Layer> {
         let nu = case.fluid.kinematic_viscosity();
-        let stream = case.reference_speed().or_else(|| case.driven_speed()).unwrap_or(0.0);
+        let stream = case.reference_speed().or_else(|| driven_speed(case)).unwrap_or(0.0);
         let layers = case.particle.iter().enumerate().map(|(id, p)| {
             let length = p.shape.diameter();
             let beside = if p.is_free() { Beside::Falling(id) } else { Beside::Held(id) };
@@ -71,7 +71,7 @@ impl Layer {
     /// `None` where nothing flows along them fast enough.
     fn of_walls(case: &Case) -> Option<Layer> {
         let nu = case.fluid.kinematic_viscosity();
-        let speed = case.reference_speed().or_else(|| case.driven_speed())?;
+        let speed = case.reference_speed().or_else(|| driven_speed(case))?;
         let wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
         let axes = (0..case.dimension()).filter(|axis| case.boundary.ends(*axis).any(wall));
         let layers = axes.map(|axis| {
@@ -117,7 +117,7 @@ fn own_speed(case: &Case, p: &Particle) -> f64 {
 
 /// The largest speed to be expected (m/s), of the fluid and of bodies.
 pub fn largest_speed(case: &Case) -> f64 {
-    let of_fluid = [case.reference_speed(), case.driven_speed(), case.initial.taylor_green];
+    let of_fluid = [case.reference_speed(), driven_speed(case), case.initial.taylor_green];
     let of_bodies = case.particle.iter().map(|p| own_speed(case, p));
     of_fluid.into_iter().flatten().chain(of_bodies).fold(0.0, f64::max)
 }

@@ -4,7 +4,7 @@ use super::vti::{Writer, head};
 use crate::Result;
 use crate::grid::Coefficient;
 use crate::particles::Body;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use mics_run::snapshot::{Array, Snapshot};
 use mics_run::vti::Head;
 use nalgebra::Vector3;
@@ -122,7 +122,8 @@ pub fn take<const D: usize>(scene: &mut Scene<D>) -> Result<Snapshot> {
         head(&scene.domain.grid, scene.state.time, &listed(scene));
     let mut arrays = Vec::with_capacity(listed.len());
     each(scene, |scene, name, parts| {
-        let parts = parts.iter().map(|part| scene.gather(part)).collect::<Result<Vec<_>>>()?;
+        let parts =
+            parts.iter().map(|part| scene::gather(scene, part)).collect::<Result<Vec<_>>>()?;
         arrays.push(if parts.len() == 1 {
             Array::scalar(name, parts.concat())
         } else {

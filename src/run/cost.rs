@@ -5,7 +5,7 @@ use crate::archive::{Archive, Checkpointed};
 use crate::clock::Clock;
 use crate::petsc::{Session, Traffic};
 use crate::poisson::pressure::Projected;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::system::{cpu_seconds, now, peak_memory};
 use std::time::Instant;
 
@@ -143,7 +143,7 @@ impl Cost {
             cpu: self.account.cpu + cpu,
             pressure_cpu,
             steps: scene.state.steps.max(1) as f64,
-            stages: scene.stages(),
+            stages: scene::stages(scene),
             cells: scene.domain.grid.total_cells(),
             memory,
             busiest: Busiest {

@@ -7,7 +7,7 @@ use super::restart::{Contents, Restart};
 use crate::config::Case;
 use crate::output::Marks;
 use crate::petsc::Session;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::state::State;
 use crate::{Error, Result};
 use mics_run::vti::Rows;
@@ -92,7 +92,7 @@ impl<const D: usize> Ended<D> {
     ) -> Result<Vec<String>> {
         let bodies = self.bodies();
         let Ended { case: before, state, run } = self;
-        let taken = if scene.go_on_from(case, &before, state)? {
+        let taken = if scene::go_on_from(scene, case, &before, state)? {
             "the whole state, bit for bit"
         } else {
             let newest =
@@ -101,7 +101,7 @@ impl<const D: usize> Ended<D> {
             let velocity = velocity.map_err(|e| refuse(&run, e.to_string()));
             let missing = || refuse(&run, "its last snapshot has no velocity".into());
             let velocity = session.agree(velocity.and_then(|rows| rows.ok_or_else(missing)))?;
-            scene.start_from(&velocity)?;
+            scene::start_from(scene, &velocity)?;
             "the velocity, interpolated"
         };
         let first = format!("begins where {} ended: {taken}", run.display());

@@ -3,7 +3,7 @@
 use super::restart::Restart;
 use crate::Result;
 use crate::petsc::Session;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::system::host;
 use serde_json::{Value, json};
 
@@ -40,7 +40,7 @@ impl Origin<'_> {
             "host": host(), "pid": std::process::id(), "start": began, "end": ended,
             "resumed_after_step": self.restart.as_ref().map(Restart::step),
             "solver": scene.solver()?,
-            "needs": scene.needs(),
+            "needs": scene::needs(scene),
         }))
     }
 }

@@ -4,12 +4,12 @@ use super::cost::Account;
 use super::measures::Measures;
 use super::record::Written;
 use crate::archive::{Archive, Checkpointed};
-use crate::config::{Case, Loaded, Measure, written};
+use crate::config::{Case, Loaded, Measure, refuse_changes, written};
 use crate::output::checkpoint::{self, Header, Reader, Writer};
 use crate::output::measure;
 use crate::output::{Folder, Log, Marks};
 use crate::petsc::Session;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -79,10 +79,10 @@ impl<const D: usize> Contents<'_, D> {
         archive.each("measures", &mut self.measures.series)?;
         self.marks.serialize(archive)?;
         let scene = &mut *self.scene;
-        let mut ids = scene.ids();
+        let mut ids = scene::ids(&scene.state.bodies);
         archive.label("roster")?;
         ids.serialize(archive)?;
-        scene.keep_only(self.case, &ids)?;
+        scene::keep_only(scene, self.case, &ids)?;
         let grid = &scene.domain.grid;
         scene.state.serialize(grid, archive)?;
         let statistics = self.measures.statistics.as_mut();
@@ -132,7 +132,7 @@ impl Restart {
     /// When there is none, or the case is another one.
     pub fn find(session: &Session, run: &Path, loaded: &Loaded) -> Result<Restart> {
         let found = Restart::open(session, run, |e| e)?;
-        session.agree(loaded.refuse_changes(&found.header.case).map_err(|e| match e {
+        session.agree(refuse_changes(loaded, &found.header.case).map_err(|e| match e {
             Error::Case { .. } => e,
             other => misfit(&found.path, other),
         }))?;

@@ -7,7 +7,7 @@ use crate::clock::Stage;
 use crate::config::{Case, Removed};
 use crate::particles::{Body, nearest_image};
 use crate::poisson::pressure::Projected;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::scheme::Limits;
 use crate::state::State;
 use crate::step_size::choose_step;
@@ -139,7 +139,7 @@ impl<'a, const D: usize> Stepper<'a, D> {
         let Some(dt) = dt else { return Ok(passed) };
         self.let_out(dt, &mut passed)?;
         if passed.last.is_none() {
-            let entered = self.scene.admit(self.case)?.into_iter();
+            let entered = scene::admit(&mut self.scene, self.case)?.into_iter();
             passed.came |= entered.len() > 0;
             passed.passages.extend(entered.map(|body| Passage { body, what: "entered" }));
         }
@@ -149,7 +149,7 @@ impl<'a, const D: usize> Stepper<'a, D> {
     fn let_out(&mut self, dt: f64, passed: &mut Passed) -> Result<()> {
         // Once each: what the fluid takes along may go out at the other side of the box at once.
         let mut returned = Vec::new();
-        while let Some((k, axis)) = self.scene.leaving(dt, &returned) {
+        while let Some((k, axis)) = scene::leaving(&self.scene, dt, &returned) {
             let body = &self.scene.state.bodies[k];
             let id = body.id;
             let centre = match self.case.output.removed {
@@ -164,10 +164,12 @@ impl<'a, const D: usize> Stepper<'a, D> {
                 Some(centre) => {
                     returned.push(id);
                     passed.came = true;
-                    self.scene.bring(self.case, k, centre)?;
+                    scene::bring(&mut self.scene, self.case, k, centre)?;
                     Passage { body: self.scene.state.bodies[k].clone(), what: "returned" }
                 }
-                None => Passage { body: self.scene.remove(self.case, k)?, what: "left" },
+                None => {
+                    Passage { body: scene::remove(&mut self.scene, self.case, k)?, what: "left" }
+                }
             });
         }
         Ok(())

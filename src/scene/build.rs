@@ -1,6 +1,6 @@
 //! The parts of a scene from the words of its case.
 
-use crate::config::{self, Case, Side};
+use crate::config::{self, Case, Side, fluid_speed};
 use crate::contact::{Contacts, Damping, Impact, Laws, Material, Medium, Substeps, Wall, WallSide};
 use crate::domain::Domain;
 use crate::drive::Drive;
@@ -230,7 +230,7 @@ pub(crate) fn impact(case: &Case, bodies: &[Body]) -> Impact {
     let density = case.fluid.density;
     let viscosity = case.fluid.viscosity;
     let fluid = Medium { density, viscosity, spacing, roughness: 0.0 };
-    Impact::expected(bodies, size, &gravity, &fluid, case.fluid_speed())
+    Impact::expected(bodies, size, &gravity, &fluid, fluid_speed(case))
 }
 
 /// The law of a pair of materials; a stiffness that is not given is by the impacts to be expected.

@@ -16,162 +16,143 @@ pub(super) struct Energies {
     pub largest_speed: f64,
 }
 
-impl<const D: usize> Scene<D> {
-    /// Kinetic energy of all cells, what lies inside bodies with them (J; per metre of depth in
-    /// 2D), and the largest speed of the fluid, of cells outside the bodies (m/s). Collective.
-    ///
-    /// # Errors
-    /// When a velocity is not finite: names the cell or the particle.
-    pub fn energy_and_speed(&mut self) -> Result<(f64, f64)> {
-        let Energies { all_cells, largest_speed, .. } = self.energies()?;
-        Ok((all_cells, largest_speed))
+/// The same, with what of the energy lies inside bodies. Collective.
+///
+/// # Errors
+/// As [`Scene::energy_and_speed`].
+pub(super) fn energies<const D: usize>(scene: &mut Scene<D>) -> Result<Energies> {
+    let inside = energy::inside(&scene.domain, &scene.state.u, &*scene.method);
+    let within = take_inside(scene);
+    let (sum, most) = squares(scene);
+    let sum = sum + within;
+    put_inside_back(scene);
+    let mut sums = [sum * (0.5 * scene.domain.grid.cell_volume()), inside];
+    let mut fastest = [most];
+    scene.domain.session.sum_and_max(&mut sums, &mut fastest)?;
+    let [all_cells, inside] = sums;
+    if !all_cells.is_finite() {
+        return Err(name_what_is_lost(scene)?);
     }
+    Ok(Energies { all_cells, inside, largest_speed: fastest[0].sqrt() })
+}
 
-    /// The same, with what of the energy lies inside bodies. Collective.
-    ///
-    /// # Errors
-    /// As [`Scene::energy_and_speed`].
-    pub(super) fn energies(&mut self) -> Result<Energies> {
-        let inside = energy::inside(&self.domain, &self.state.u, &*self.method);
-        let within = self.take_inside();
-        let (sum, most) = self.squares();
-        let sum = sum + within;
-        self.put_inside_back();
-        let mut sums = [sum * (0.5 * self.domain.grid.cell_volume()), inside];
-        let mut fastest = [most];
-        self.domain.session.sum_and_max(&mut sums, &mut fastest)?;
-        let [all_cells, inside] = sums;
-        if !all_cells.is_finite() {
-            return Err(self.name_what_is_lost()?);
-        }
-        Ok(Energies { all_cells, inside, largest_speed: fastest[0].sqrt() })
+/// Sets the velocity of the cells inside the bodies to zero, keeps what it was, and returns the
+/// sum of density times its square.
+fn take_inside<const D: usize>(scene: &mut Scene<D>) -> f64 {
+    let Scene { method, state, inside, .. } = scene;
+    let density = &method.mixture().density;
+    let mut sum = 0.0;
+    inside.clear();
+    for o in method.overlaps().filter(|o| o.is_inside()) {
+        let u: [f64; D] = std::array::from_fn(|a| std::mem::take(&mut state.u[a][o.cell]));
+        sum += density.at(o.cell) * u.iter().map(|u| u * u).sum::<f64>();
+        inside.push((o.cell, u));
     }
-
-    /// Sets the velocity of the cells inside the bodies to zero, keeps what it was, and returns the
-    /// sum of density times its square.
-    fn take_inside(&mut self) -> f64 {
-        let Scene { method, state, inside, .. } = self;
-        let density = &method.mixture().density;
-        let mut sum = 0.0;
-        inside.clear();
-        for o in method.overlaps().filter(|o| o.is_inside()) {
-            let u: [f64; D] = std::array::from_fn(|a| std::mem::take(&mut state.u[a][o.cell]));
-            sum += density.at(o.cell) * u.iter().map(|u| u * u).sum::<f64>();
-            inside.push((o.cell, u));
-        }
-        // Bodies move on, and a step allocates nothing.
-        if inside.capacity() < inside.len() + inside.len() / 4 {
-            inside.reserve(inside.len());
-        }
-        sum
+    // Bodies move on, and a step allocates nothing.
+    if inside.capacity() < inside.len() + inside.len() / 4 {
+        inside.reserve(inside.len());
     }
+    sum
+}
 
-    /// Undoes that, last cells first: one that two bodies fill was taken out twice.
-    fn put_inside_back(&mut self) {
-        while let Some((cell, u)) = self.inside.pop() {
-            (0..D).for_each(|a| self.state.u[a][cell] = u[a]);
-        }
+/// Undoes that, last cells first: one that two bodies fill was taken out twice.
+fn put_inside_back<const D: usize>(scene: &mut Scene<D>) {
+    while let Some((cell, u)) = scene.inside.pop() {
+        (0..D).for_each(|a| scene.state.u[a][cell] = u[a]);
     }
+}
 
-    /// Over this rank's cells, the sum of density times squared velocity and the largest squared
-    /// velocity.
-    fn squares(&self) -> (f64, f64) {
-        let grid = &self.domain.grid;
-        let u = &self.state.u;
-        let mixture = self.method.mixture();
-        simd(
-            #[inline(always)]
-            || {
-                let mut sum = 0.0;
-                let mut most = 0.0f64;
-                for row in grid.rows() {
-                    let u: [&[f64]; D] = std::array::from_fn(|a| &u[a][row.clone()]);
-                    let square = |i: usize| u.iter().map(|u| u[i] * u[i]).sum::<f64>();
-                    sum += match &mixture.density {
-                        Coefficient::Uniform(rho) => rho * total(row.len(), square),
-                        Coefficient::Field(rho) => {
-                            let rho = &rho[row.clone()];
-                            total(
-                                row.len(),
-                                #[inline(always)]
-                                |i| rho[i] * square(i),
-                            )
-                        }
-                    };
-                    most = most.max(largest(row.len(), square));
-                }
-                (sum, most)
-            },
-        )
-    }
-
-    /// The error for a value that is not finite, with the first cell that holds one; without one,
-    /// the first particle. Collective.
-    pub fn name_what_is_lost(&self) -> Result<Error> {
-        let fields: Vec<&[f64]> =
-            self.state.u.iter().chain([&self.state.p]).map(Vec::as_slice).collect();
-        let found = (0..fields.len()).find_map(|k| {
-            self.domain.grid.rows().flatten().find(|&c| !fields[k][c].is_finite()).map(|c| (k, c))
-        });
-        // The highest rank that found one speaks for all.
-        let rank = self.domain.session.rank() as f64;
-        let mut speaker = [if found.is_some() { rank } else { -1.0 }];
-        self.domain.session.max(&mut speaker)?;
-        let mut place = [0.0; 7];
-        if let Some((field, c)) = found.filter(|_| speaker[0] == rank) {
-            place[0] = field as f64;
-            for a in 0..D {
-                place[1 + a] = self.domain.grid.global_cell(c)[a] as f64;
-                place[4 + a] = self.domain.grid.centre(c)[a];
+/// Over this rank's cells, the sum of density times squared velocity and the largest squared
+/// velocity.
+fn squares<const D: usize>(scene: &Scene<D>) -> (f64, f64) {
+    let grid = &scene.domain.grid;
+    let u = &scene.state.u;
+    let mixture = scene.method.mixture();
+    simd(
+        #[inline(always)]
+        || {
+            let mut sum = 0.0;
+            let mut most = 0.0f64;
+            for row in grid.rows() {
+                let u: [&[f64]; D] = std::array::from_fn(|a| &u[a][row.clone()]);
+                let square = |i: usize| u.iter().map(|u| u[i] * u[i]).sum::<f64>();
+                sum += match &mixture.density {
+                    Coefficient::Uniform(rho) => rho * total(row.len(), square),
+                    Coefficient::Field(rho) => {
+                        let rho = &rho[row.clone()];
+                        total(
+                            row.len(),
+                            #[inline(always)]
+                            |i| rho[i] * square(i),
+                        )
+                    }
+                };
+                most = most.max(largest(row.len(), square));
             }
-        }
-        self.domain.session.sum(&mut place)?;
-        if speaker[0] < 0.0 {
-            let lost = self.state.bodies.iter().position(|body| !body.is_finite());
-            return Ok(Error::NotFinite(lost.map_or(NotFinite::Energy, NotFinite::Particle)));
-        }
-        let names = [
-            "the velocity along x",
-            "the velocity along y",
-            "the velocity along z",
-            "the pressure",
-        ];
-        Ok(Error::NotFinite(NotFinite::Cell {
-            field: if place[0] as usize == D { names[3] } else { names[place[0] as usize] },
-            cell: place[1..1 + D].iter().map(|i| *i as usize).collect(),
-            at: place[4..4 + D].to_vec(),
-        }))
-    }
+            (sum, most)
+        },
+    )
+}
 
-    /// The owned cells of all ranks, x fastest, on rank 0 (empty elsewhere). Collective.
-    pub fn gather(&self, field: &[f64]) -> Result<Vec<f64>> {
-        let grid = &self.domain.grid;
-        let mut bytes: Vec<f64> =
-            (0..D).flat_map(|a| [grid.start[a] as f64, grid.local[a] as f64]).collect();
-        grid.rows().for_each(|row| bytes.extend_from_slice(&field[row]));
-        let mut whole = if self.domain.session.rank() == 0 {
-            vec![0.0; grid.total_cells()]
-        } else {
-            Vec::new()
-        };
-        self.domain.session.gather(&bytes, |_, part| {
-            let (head, values) = part.split_at(2 * D);
-            let (start, local): ([usize; D], [usize; D]) = (
-                std::array::from_fn(|a| head[2 * a] as usize),
-                std::array::from_fn(|a| head[2 * a + 1] as usize),
-            );
-            for (k, row) in values.chunks_exact(local[0]).enumerate() {
-                let mut rest = k;
-                let mut at = start[0];
-                let mut stride = grid.cells[0];
-                for a in 1..D {
-                    at += (start[a] + rest % local[a]) * stride;
-                    rest /= local[a];
-                    stride *= grid.cells[a];
-                }
-                whole[at..at + local[0]].copy_from_slice(row);
-            }
-        })?;
-        Ok(whole)
+/// The error for a value that is not finite, with the first cell that holds one; without one,
+/// the first particle. Collective.
+pub fn name_what_is_lost<const D: usize>(scene: &Scene<D>) -> Result<Error> {
+    let fields: Vec<&[f64]> =
+        scene.state.u.iter().chain([&scene.state.p]).map(Vec::as_slice).collect();
+    let found = (0..fields.len()).find_map(|k| {
+        scene.domain.grid.rows().flatten().find(|&c| !fields[k][c].is_finite()).map(|c| (k, c))
+    });
+    // The highest rank that found one speaks for all.
+    let rank = scene.domain.session.rank() as f64;
+    let mut speaker = [if found.is_some() { rank } else { -1.0 }];
+    scene.domain.session.max(&mut speaker)?;
+    let mut place = [0.0; 7];
+    if let Some((field, c)) = found.filter(|_| speaker[0] == rank) {
+        place[0] = field as f64;
+        for a in 0..D {
+            place[1 + a] = scene.domain.grid.global_cell(c)[a] as f64;
+            place[4 + a] = scene.domain.grid.centre(c)[a];
+        }
     }
+    scene.domain.session.sum(&mut place)?;
+    if speaker[0] < 0.0 {
+        let lost = scene.state.bodies.iter().position(|body| !body.is_finite());
+        return Ok(Error::NotFinite(lost.map_or(NotFinite::Energy, NotFinite::Particle)));
+    }
+    let names =
+        ["the velocity along x", "the velocity along y", "the velocity along z", "the pressure"];
+    Ok(Error::NotFinite(NotFinite::Cell {
+        field: if place[0] as usize == D { names[3] } else { names[place[0] as usize] },
+        cell: place[1..1 + D].iter().map(|i| *i as usize).collect(),
+        at: place[4..4 + D].to_vec(),
+    }))
+}
+
+/// The owned cells of all ranks, x fastest, on rank 0 (empty elsewhere). Collective.
+pub fn gather<const D: usize>(scene: &Scene<D>, field: &[f64]) -> Result<Vec<f64>> {
+    let grid = &scene.domain.grid;
+    let mut bytes: Vec<f64> =
+        (0..D).flat_map(|a| [grid.start[a] as f64, grid.local[a] as f64]).collect();
+    grid.rows().for_each(|row| bytes.extend_from_slice(&field[row]));
+    let mut whole =
+        if scene.domain.session.rank() == 0 { vec![0.0; grid.total_cells()] } else { Vec::new() };
+    scene.domain.session.gather(&bytes, |_, part| {
+        let (head, values) = part.split_at(2 * D);
+        let (start, local): ([usize; D], [usize; D]) = (
+            std::array::from_fn(|a| head[2 * a] as usize),
+            std::array::from_fn(|a| head[2 * a + 1] as usize),
+        );
+        for (k, row) in values.chunks_exact(local[0]).enumerate() {
+            let mut rest = k;
+            let mut at = start[0];
+            let mut stride = grid.cells[0];
+            for a in 1..D {
+                at += (start[a] + rest % local[a]) * stride;
+                rest /= local[a];
+                stride *= grid.cells[a];
+            }
+            whole[at..at + local[0]].copy_from_slice(row);
+        }
+    })?;
+    Ok(whole)
 }

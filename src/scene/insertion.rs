@@ -17,225 +17,227 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 /// Random places that a body tries in a step before it waits for the next one.
 const TRIES: usize = 200;
 
-impl<const D: usize> Scene<D> {
-    /// The place in the list of the first free body whose surface may reach an outflow within a
-    /// step as long as `dt` (s), and the axis; none of those whose numbers are in `but`. No body
-    /// reaches through one: the part of it outside would be missing in what the fluid does to it.
-    pub fn leaving(&self, dt: f64, but: &[usize]) -> Option<(usize, usize)> {
-        let grid = &self.domain.grid;
-        let kinds = &self.domain.boundaries.kinds;
-        let open =
-            |axis: usize, side: usize| matches!(kinds[axis][side], Some(BoundaryKind::Outflow));
-        let leaves = |body: &Body, axis: usize| {
-            let at = body.centre[axis] + 1.5 * dt * body.velocity[axis];
-            let extent = body.reach()[axis];
-            // What goes inwards stays, however near it is.
-            let low = at <= extent && body.velocity[axis] < 0.0;
-            let high = at >= grid.size[axis] - extent && body.velocity[axis] > 0.0;
-            (low && open(axis, 0)) || (high && open(axis, 1))
+/// The place in the list of the first free body whose surface may reach an outflow within a
+/// step as long as `dt` (s), and the axis; none of those whose numbers are in `but`. No body
+/// reaches through one: the part of it outside would be missing in what the fluid does to it.
+pub fn leaving<const D: usize>(scene: &Scene<D>, dt: f64, but: &[usize]) -> Option<(usize, usize)> {
+    let grid = &scene.domain.grid;
+    let kinds = &scene.domain.boundaries.kinds;
+    let open = |axis: usize, side: usize| matches!(kinds[axis][side], Some(BoundaryKind::Outflow));
+    let leaves = |body: &Body, axis: usize| {
+        let at = body.centre[axis] + 1.5 * dt * body.velocity[axis];
+        let extent = body.reach()[axis];
+        // What goes inwards stays, however near it is.
+        let low = at <= extent && body.velocity[axis] < 0.0;
+        let high = at >= grid.size[axis] - extent && body.velocity[axis] > 0.0;
+        (low && open(axis, 0)) || (high && open(axis, 1))
+    };
+    let goes = |body: &Body| matches!(body.motion, Motion::Free(_)) && !but.contains(&body.id);
+    let free = scene.state.bodies.iter().enumerate().filter(|(_, body)| goes(body));
+    free.flat_map(|(k, body)| (0..D).map(move |axis| (k, body, axis)))
+        .find_map(|(k, body, axis)| leaves(body, axis).then_some((k, axis)))
+}
+
+/// Takes the body at the place `k` of the list out of the box. What it had of momentum and
+/// energy is counted as the boundary's. Collective.
+///
+/// # Errors
+/// When the method cannot be made for the others.
+pub fn remove<const D: usize>(scene: &mut Scene<D>, case: &Case, k: usize) -> Result<Body> {
+    if k >= scene.state.bodies.len() {
+        return Err(Error::Run(format!("there is no body {k} to be removed")));
+    }
+    let s = &mut scene.state;
+    let gone = s.bodies.remove(k);
+    s.exchange.remove(k);
+    if let Some(walls) = &mut s.surfaces {
+        walls.bodies.remove(k);
+    }
+    s.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
+    for (first, second, _) in &mut s.touching.springs {
+        // A wall's number follows those of the bodies.
+        *first -= usize::from(*first > k);
+        *second -= usize::from(*second > k);
+    }
+    remake(scene, case, &[])?;
+    Ok(gone)
+}
+
+/// Brings the body at the place `k` of the list to another place (m), at the velocity that it
+/// has. Collective.
+///
+/// # Errors
+/// As [`Scene::remove`].
+pub fn bring<const D: usize>(
+    scene: &mut Scene<D>,
+    case: &Case,
+    k: usize,
+    centre: Vector3<f64>,
+) -> Result<()> {
+    scene.state.bodies[k].centre = centre;
+    scene.state.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
+    let id = scene.state.bodies[k].id;
+    remake(scene, case, &[id])
+}
+
+/// Lets those of the waiting bodies come in whose time has come and for which there is a free
+/// place, and returns them as they come. Places follow from seed, step and number alone.
+/// Collective.
+///
+/// # Errors
+/// As [`Scene::remove`].
+pub fn admit<const D: usize>(scene: &mut Scene<D>, case: &Case) -> Result<Vec<Body>> {
+    let mut came: Vec<Body> = Vec::new();
+    // Where a body has found no place, none that is as large tries in this step.
+    let mut full: Vec<(&Region, f64, f64)> = Vec::new();
+    for n in 0..scene.state.waiting.len() {
+        let id = scene.state.waiting[n] as usize;
+        let Some((particle, enter)) =
+            case.particle.get(id).and_then(|p| Some((p, p.enter.as_ref()?)))
+        else {
+            return Err(Error::Run(format!(
+                "body {id} waits to come in, and the case has none such"
+            )));
         };
-        let goes = |body: &Body| matches!(body.motion, Motion::Free(_)) && !but.contains(&body.id);
-        let free = self.state.bodies.iter().enumerate().filter(|(_, body)| goes(body));
-        free.flat_map(|(k, body)| (0..D).map(move |axis| (k, body, axis)))
-            .find_map(|(k, body, axis)| leaves(body, axis).then_some((k, axis)))
-    }
-
-    /// Takes the body at the place `k` of the list out of the box. What it had of momentum and
-    /// energy is counted as the boundary's. Collective.
-    ///
-    /// # Errors
-    /// When the method cannot be made for the others.
-    pub fn remove(&mut self, case: &Case, k: usize) -> Result<Body> {
-        if k >= self.state.bodies.len() {
-            return Err(Error::Run(format!("there is no body {k} to be removed")));
+        if enter.time > scene.state.time {
+            continue;
         }
-        let s = &mut self.state;
-        let gone = s.bodies.remove(k);
-        s.exchange.remove(k);
+        let radius = 0.5 * particle.shape.bounding_diameter();
+        if full.iter().any(|(region, gap, least)| {
+            enter.region.as_ref() == Some(*region) && enter.gap >= *gap && radius >= *least
+        }) {
+            continue;
+        }
+        let Some(place) = free_place(scene, id, radius, enter, &particle.entrance(case)) else {
+            full.extend(enter.region.as_ref().map(|region| (region, enter.gap, radius)));
+            continue;
+        };
+        let mut body = build::body(particle);
+        body.id = id;
+        body.centre = place;
+        if particle.velocity.is_none() {
+            body.velocity = mean_velocity(scene, &body)?;
+        }
+        let s = &mut scene.state;
+        let k = s.bodies.partition_point(|other| other.id < id);
+        s.bodies.insert(k, body.clone());
+        s.exchange.insert(k, Exchange::default());
         if let Some(walls) = &mut s.surfaces {
-            walls.bodies.remove(k);
+            walls.bodies.insert(k, BodyHistory::default());
         }
-        s.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
         for (first, second, _) in &mut s.touching.springs {
-            // A wall's number follows those of the bodies.
-            *first -= usize::from(*first > k);
-            *second -= usize::from(*second > k);
+            *first += usize::from(*first >= k);
+            *second += usize::from(*second >= k);
         }
-        self.remake(case, &[])?;
-        Ok(gone)
+        came.push(body);
     }
-
-    /// Brings the body at the place `k` of the list to another place (m), at the velocity that it
-    /// has. Collective.
-    ///
-    /// # Errors
-    /// As [`Scene::remove`].
-    pub fn bring(&mut self, case: &Case, k: usize, centre: Vector3<f64>) -> Result<()> {
-        self.state.bodies[k].centre = centre;
-        self.state.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
-        let id = self.state.bodies[k].id;
-        self.remake(case, &[id])
+    if came.is_empty() {
+        return Ok(came);
     }
+    let ids: Vec<usize> = came.iter().map(|body| body.id).collect();
+    scene.state.waiting.retain(|id| !ids.contains(&(*id as usize)));
+    remake(scene, case, &ids)?;
+    Ok(came)
+}
 
-    /// Lets those of the waiting bodies come in whose time has come and for which there is a free
-    /// place, and returns them as they come. Places follow from seed, step and number alone.
-    /// Collective.
-    ///
-    /// # Errors
-    /// As [`Scene::remove`].
-    pub fn admit(&mut self, case: &Case) -> Result<Vec<Body>> {
-        let mut came: Vec<Body> = Vec::new();
-        // Where a body has found no place, none that is as large tries in this step.
-        let mut full: Vec<(&Region, f64, f64)> = Vec::new();
-        for n in 0..self.state.waiting.len() {
-            let id = self.state.waiting[n] as usize;
-            let Some((particle, enter)) =
-                case.particle.get(id).and_then(|p| Some((p, p.enter.as_ref()?)))
-            else {
-                return Err(Error::Run(format!(
-                    "body {id} waits to come in, and the case has none such"
-                )));
-            };
-            if enter.time > self.state.time {
+/// A place (m) at which a body of this radius (m) comes in by its entrance (by axis: from, and
+/// how far, in m), if there is one.
+fn free_place<const D: usize>(
+    scene: &Scene<D>,
+    id: usize,
+    radius: f64,
+    enter: &Enter,
+    entrance: &[(f64, f64)],
+) -> Option<Vector3<f64>> {
+    let periods = scene.domain.periods();
+    let size = &scene.domain.grid.size;
+    let mut random = ChaCha8Rng::seed_from_u64(enter.seed ^ scene.state.steps << 20);
+    random.set_stream(id as u64);
+    let tries = if enter.region.is_some() { TRIES } else { 1 };
+    (0..tries).find_map(|_| {
+        let mut place = Vector3::zeros();
+        for (axis, (low, length)) in entrance.iter().enumerate() {
+            let x = low + length * ((random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64);
+            // Rounding may reach the far side of a period, which is its near side.
+            place[axis] = if periods[axis].is_some() && x >= size[axis] { 0.0 } else { x };
+        }
+        let clear = |other: &Body| {
+            let apart = nearest_image(&other.centre, &place, &periods).norm();
+            apart >= radius + other.radius() + enter.gap
+        };
+        scene.state.bodies.iter().all(clear).then_some(place)
+    })
+}
+
+/// The mean velocity (m/s) of the cells whose centres a body covers, or of the one that it is
+/// in. Collective.
+fn mean_velocity<const D: usize>(scene: &Scene<D>, body: &Body) -> Result<Vector3<f64>> {
+    let grid = &scene.domain.grid;
+    let mut sums = [0.0; 4];
+    for image in images(grid, body.shape(), &body.centre) {
+        for at in Block::owned(grid, &image, &body.reach()) {
+            let arm = Vector3::from_fn(|a, _| {
+                if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
+            });
+            let Some(c) = grid.owned_index(at).filter(|_| body.distance(&arm) <= 0.0) else {
                 continue;
-            }
-            let radius = 0.5 * particle.shape.bounding_diameter();
-            if full.iter().any(|(region, gap, least)| {
-                enter.region.as_ref() == Some(*region) && enter.gap >= *gap && radius >= *least
-            }) {
-                continue;
-            }
-            let Some(place) = self.free_place(id, radius, enter, &particle.entrance(case)) else {
-                full.extend(enter.region.as_ref().map(|region| (region, enter.gap, radius)));
-                continue;
             };
-            let mut body = build::body(particle);
-            body.id = id;
-            body.centre = place;
-            if particle.velocity.is_none() {
-                body.velocity = self.mean_velocity(&body)?;
-            }
-            let s = &mut self.state;
-            let k = s.bodies.partition_point(|other| other.id < id);
-            s.bodies.insert(k, body.clone());
-            s.exchange.insert(k, Exchange::default());
-            if let Some(walls) = &mut s.surfaces {
-                walls.bodies.insert(k, BodyHistory::default());
-            }
-            for (first, second, _) in &mut s.touching.springs {
-                *first += usize::from(*first >= k);
-                *second += usize::from(*second >= k);
-            }
-            came.push(body);
+            sums[3] += 1.0;
+            scene.state.u.iter().zip(&mut sums).for_each(|(u, sum)| *sum += u[c]);
         }
-        if came.is_empty() {
-            return Ok(came);
-        }
-        let ids: Vec<usize> = came.iter().map(|body| body.id).collect();
-        self.state.waiting.retain(|id| !ids.contains(&(*id as usize)));
-        self.remake(case, &ids)?;
-        Ok(came)
     }
+    scene.domain.session.sum(&mut sums)?;
+    Ok(Vector3::new(sums[0], sums[1], sums[2]) / sums[3].max(1.0))
+}
 
-    /// A place (m) at which a body of this radius (m) comes in by its entrance (by axis: from, and
-    /// how far, in m), if there is one.
-    fn free_place(
-        &self,
-        id: usize,
-        radius: f64,
-        enter: &Enter,
-        entrance: &[(f64, f64)],
-    ) -> Option<Vector3<f64>> {
-        let periods = self.domain.periods();
-        let size = &self.domain.grid.size;
-        let mut random = ChaCha8Rng::seed_from_u64(enter.seed ^ self.state.steps << 20);
-        random.set_stream(id as u64);
-        let tries = if enter.region.is_some() { TRIES } else { 1 };
-        (0..tries).find_map(|_| {
-            let mut place = Vector3::zeros();
-            for (axis, (low, length)) in entrance.iter().enumerate() {
-                let x = low + length * ((random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64);
-                // Rounding may reach the far side of a period, which is its near side.
-                place[axis] = if periods[axis].is_some() && x >= size[axis] { 0.0 } else { x };
-            }
-            let clear = |other: &Body| {
-                let apart = nearest_image(&other.centre, &place, &periods).norm();
-                apart >= radius + other.radius() + enter.gap
-            };
-            self.state.bodies.iter().all(clear).then_some(place)
-        })
-    }
+/// Makes the method anew for the bodies as they are, of which these are `new` where they are,
+/// and balance and budget with it. Collective.
+fn remake<const D: usize>(scene: &mut Scene<D>, case: &Case, new: &[usize]) -> Result<()> {
+    let clock = scene.domain.clock.clone();
+    scene.method = build::method(&scene.domain, case, &scene.state.bodies, scene.impact);
+    // A method without free bodies would keep the modes of those that have left.
+    scene.domain.projection.set_modes(&[], &[], &[], &Sharing::default())?;
+    scene.resume()?;
+    scene.domain.clock = clock;
+    scene.method.mix_in(&mut scene.domain, &mut scene.state, new)?;
+    scene.method.begin_bodies(&mut scene.domain, &mut scene.state, new)?;
+    scene.method.start_balance(&mut scene.domain, &mut scene.state)?;
+    energy::reopen(&mut scene.domain, &mut scene.state, &mut *scene.method)
+}
 
-    /// The mean velocity (m/s) of the cells whose centres a body covers, or of the one that it is
-    /// in. Collective.
-    fn mean_velocity(&self, body: &Body) -> Result<Vector3<f64>> {
-        let grid = &self.domain.grid;
-        let mut sums = [0.0; 4];
-        for image in images(grid, body.shape(), &body.centre) {
-            for at in Block::owned(grid, &image, &body.reach()) {
-                let arm = Vector3::from_fn(|a, _| {
-                    if a < D { (at[a] as f64 + 0.5) * grid.h[a] - image[a] } else { 0.0 }
-                });
-                let Some(c) = grid.owned_index(at).filter(|_| body.distance(&arm) <= 0.0) else {
-                    continue;
-                };
-                sums[3] += 1.0;
-                self.state.u.iter().zip(&mut sums).for_each(|(u, sum)| *sum += u[c]);
-            }
-        }
-        self.domain.session.sum(&mut sums)?;
-        Ok(Vector3::new(sums[0], sums[1], sums[2]) / sums[3].max(1.0))
-    }
+/// The numbers of bodies.
+pub fn ids(bodies: &[Body]) -> Vec<u64> {
+    bodies.iter().map(|body| body.id as u64).collect()
+}
 
-    /// Makes the method anew for the bodies as they are, of which these are `new` where they are,
-    /// and balance and budget with it. Collective.
-    fn remake(&mut self, case: &Case, new: &[usize]) -> Result<()> {
-        let clock = self.domain.clock.clone();
-        self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
-        // A method without free bodies would keep the modes of those that have left.
-        self.domain.projection.set_modes(&[], &[], &[], &Sharing::default())?;
-        self.resume()?;
-        self.domain.clock = clock;
-        self.method.mix_in(&mut self.domain, &mut self.state, new)?;
-        self.method.begin_bodies(&mut self.domain, &mut self.state, new)?;
-        self.method.start_balance(&mut self.domain, &mut self.state)?;
-        energy::reopen(&mut self.domain, &mut self.state, &mut *self.method)
+/// Keeps the bodies of these numbers only, before their state is read. Collective.
+///
+/// # Errors
+/// When there is another one among them.
+pub fn keep_only<const D: usize>(scene: &mut Scene<D>, case: &Case, kept: &[u64]) -> Result<()> {
+    if ids(&scene.state.bodies) == kept {
+        return Ok(());
     }
-
-    /// The numbers of the bodies.
-    pub fn ids(&self) -> Vec<u64> {
-        self.state.bodies.iter().map(|body| body.id as u64).collect()
+    let s = &mut scene.state;
+    s.bodies.retain(|body| kept.binary_search(&(body.id as u64)).is_ok());
+    let came = case
+        .particle
+        .iter()
+        .enumerate()
+        .filter(|(id, p)| p.enter.is_some() && kept.binary_search(&(*id as u64)).is_ok());
+    s.bodies.extend(came.map(|(id, p)| {
+        let mut body = build::body(p);
+        body.id = id;
+        body
+    }));
+    s.bodies.sort_by_key(|body| body.id);
+    if s.bodies.len() != kept.len() {
+        return Err(Error::Usage("it has particles that the case has not".into()));
     }
-
-    /// Keeps the bodies of these numbers only, before their state is read. Collective.
-    ///
-    /// # Errors
-    /// When there is another one among them.
-    pub fn keep_only(&mut self, case: &Case, ids: &[u64]) -> Result<()> {
-        if self.ids() == ids {
-            return Ok(());
-        }
-        let s = &mut self.state;
-        s.bodies.retain(|body| ids.binary_search(&(body.id as u64)).is_ok());
-        let came = case
-            .particle
-            .iter()
-            .enumerate()
-            .filter(|(id, p)| p.enter.is_some() && ids.binary_search(&(*id as u64)).is_ok());
-        s.bodies.extend(came.map(|(id, p)| {
-            let mut body = build::body(p);
-            body.id = id;
-            body
-        }));
-        s.bodies.sort_by_key(|body| body.id);
-        if s.bodies.len() != ids.len() {
-            return Err(Error::Usage("it has particles that the case has not".into()));
-        }
-        s.exchange.resize(ids.len(), Exchange::default());
-        if let Some(walls) = &mut s.surfaces {
-            walls.bodies.resize(ids.len(), BodyHistory::default());
-        }
-        self.method = build::method(&self.domain, case, &self.state.bodies, self.impact);
-        Ok(())
+    s.exchange.resize(kept.len(), Exchange::default());
+    if let Some(walls) = &mut s.surfaces {
+        walls.bodies.resize(kept.len(), BodyHistory::default());
     }
+    scene.method = build::method(&scene.domain, case, &scene.state.bodies, scene.impact);
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! Who may use a folder, and what a run may delete there.
 
 use super::super::checkpoint;
-use super::tables::{PASSAGES, ROSTER};
+use super::{PASSAGES, ROSTER};
 use crate::{Error, Result};
 use mics_run::folder::{BALANCE, FIELDS, OBSTACLES, PROFILE, REPORT, SOLVES};
 use mics_run::progress::FILE as PROGRESS;

@@ -1,7 +1,7 @@
 //! The dimensionless numbers of a run, each with its definition.
 
 use super::Run;
-use mics_run::config::{Case, Motion, Particle, Stream};
+use mics_run::config::{Case, Motion, Particle, Stream, stream};
 use mics_run::drag::boundary_layer;
 use mics_run::words::rounded;
 
@@ -34,7 +34,7 @@ pub fn numbers(run: &Run) -> Vec<Number> {
 
 /// Reynolds numbers of the stream, of measures with a speed of their own and of cells.
 fn of_stream(case: &Case) -> Vec<Number> {
-    let Some(Stream { speed, length, of, reynolds }) = case.stream() else { return Vec::new() };
+    let Some(Stream { speed, length, of, reynolds }) = stream(case) else { return Vec::new() };
     let nu = case.fluid.kinematic_viscosity();
     let h = case.widest_spacing();
     let origin = if case.sides().any(|(_, s)| !s.inflow().is_empty()) {

@@ -11,40 +11,36 @@ const FREE: [&str; 4] = ["time.end", "output", "pressure", "petsc"];
 /// What may change in a measure: what it is compared with.
 const COMPARED: [&str; 3] = ["reference", "tolerance", "source"];
 
-impl Loaded {
-    /// Refuses to go on with a run whose case, as it was written out then, differs in more than a
-    /// restart may change.
-    ///
-    /// # Errors
-    /// With the first key that differs and what it was.
-    pub fn refuse_changes(&self, before: &str) -> Result<()> {
-        // Resolved anew: a key that an older version did not write out had the value that it has by
-        // default.
-        let before = written(before)
-            .map_err(|why| Error::Usage(format!("its case cannot be read: {why}")))?;
-        let [before, now] = [&before, &self.case].map(|case| case.to_toml().parse::<Table>());
-        let table = |parsed: Result<Table, toml::de::Error>| {
-            parsed.map_err(|e| Error::Usage(e.message().to_owned()))
-        };
-        let mut before = table(before)?;
-        let mut now = table(now)?;
-        let [old, new] = [&mut before, &mut now].map(take_measures);
-        let before = Value::Table(before);
-        let now = Value::Table(now);
-        let changed =
-            difference(&before, &now, String::new()).or_else(|| changed_measure(&old, &new));
-        let Some((key, was)) = changed else {
-            return Ok(());
-        };
-        let was = was.map_or("was not given".to_owned(), |was| format!("was {was}"));
-        let why = format!(
-            "{was} in the run to go on with; a restart may change {} only, and add measures of \
-            other names",
-            FREE.join(", ")
-        );
-        Err(self
-            .error_at(&key, why + ": give the old value, or another --out for a run of its own"))
-    }
+/// Refuses to go on with a run whose case, as it was written out then, differs in more than a
+/// restart may change.
+///
+/// # Errors
+/// With the first key that differs and what it was.
+pub fn refuse_changes(loaded: &Loaded, before: &str) -> Result<()> {
+    // Resolved anew: a key that an older version did not write out had the value that it has by
+    // default.
+    let before =
+        written(before).map_err(|why| Error::Usage(format!("its case cannot be read: {why}")))?;
+    let [before, now] = [&before, &loaded.case].map(|case| case.to_toml().parse::<Table>());
+    let table = |parsed: Result<Table, toml::de::Error>| {
+        parsed.map_err(|e| Error::Usage(e.message().to_owned()))
+    };
+    let mut before = table(before)?;
+    let mut now = table(now)?;
+    let [old, new] = [&mut before, &mut now].map(take_measures);
+    let before = Value::Table(before);
+    let now = Value::Table(now);
+    let changed = difference(&before, &now, String::new()).or_else(|| changed_measure(&old, &new));
+    let Some((key, was)) = changed else {
+        return Ok(());
+    };
+    let was = was.map_or("was not given".to_owned(), |was| format!("was {was}"));
+    let why = format!(
+        "{was} in the run to go on with; a restart may change {} only, and add measures of \
+        other names",
+        FREE.join(", ")
+    );
+    Err(loaded.error_at(&key, why + ": give the old value, or another --out for a run of its own"))
 }
 
 /// Takes the measures out of a case, without what they are compared with.
@@ -117,6 +113,7 @@ fn brief(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::load;
+    use super::refuse_changes;
 
     const BOX: &str = "name = \"box\"\n[domain]\nsize = [2.0, 1.0]\ncells = [16, 8]\n[fluid]\n\
         density = 1.0\nviscosity = 0.1\n\
@@ -135,11 +132,8 @@ mod tests {
         let file = folder.path().join("case.toml");
         std::fs::write(&file, case).unwrap();
         let before = load(&file, &[]).unwrap().case.to_toml();
-        load(&file, &[given.to_owned()])
-            .unwrap()
-            .refuse_changes(&before)
-            .err()
-            .map(|e| e.to_string())
+        let loaded = load(&file, &[given.to_owned()]).unwrap();
+        refuse_changes(&loaded, &before).err().map(|e| e.to_string())
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What the deserialiser finds wrong, in the user's words.
 
 use super::fault::Fault;
+use std::collections::BTreeSet;
 use toml::de::DeValue;
 
 /// What the deserialiser says, in the user's words: the key and what would be right; `choices` has
@@ -84,4 +85,18 @@ fn describe(value: &DeValue) -> String {
         DeValue::Array(_) => "a list".into(),
         DeValue::Table(_) => "a table".into(),
     }
+}
+
+/// The refusal of a name that no particle, or obstacle, has, where these are known.
+pub(super) fn unnamed<'a>(
+    kind: &str,
+    wanted: &str,
+    known: impl Iterator<Item = &'a str>,
+) -> String {
+    let known: Vec<&str> = known.collect::<BTreeSet<_>>().into_iter().collect();
+    let cure = match &known[..] {
+        [] => format!("give it one, as in name = \"pier\" in its [[{kind}]]"),
+        known => suggest(wanted, known),
+    };
+    format!("no {kind} has the name \"{wanted}\"; {cure}")
 }

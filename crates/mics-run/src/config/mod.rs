@@ -26,7 +26,6 @@ mod fill;
 mod measure;
 mod measure_kind;
 mod message;
-mod names;
 mod obstacle;
 mod orientation;
 mod output;
@@ -45,6 +44,7 @@ mod validate;
 mod write;
 
 pub use boundary::{Boundary, Profile, Side};
+pub use change::refuse_changes;
 pub use contact::{
     Contact, Damping, Loss, MOST_SUBSTEPS, Pair, PairLaw, Stiffness, Substeps, TangentialDamping,
     WALL,
@@ -68,11 +68,12 @@ pub use shape::solid::{Shape, Solid};
 pub use shape::{
     Ball, Clump, Ellipse, Ellipsoid, Like, Listed, Polygon, Polyhedron, Round, Superquadric, Typed,
 };
-pub use speeds::Stream;
+pub use speeds::{Stream, driven_speed, fluid_speed, stream};
 pub use statistics::{Probe, Statistics};
 pub use swarm::{Diameters, Feed, Kind, Orientations, Range, Region, Swarm};
 pub use time::{Advection, Scheme, Step, Time};
 
+use message::unnamed;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -205,6 +206,53 @@ impl Case {
             .or_else(|| fastest(&mut held.into_iter()))
             .or_else(|| fastest(&mut [self.initial.velocity.clone()].into_iter()))
             .or_else(|| fastest(&mut sides().filter_map(moving)))
+    }
+
+    /// What a body is called: its name, with its number where others have the name too; without a
+    /// name its number, from 0. Obstacles follow the particles.
+    pub fn called(&self, id: usize) -> String {
+        let name = |p: &Particle| p.name.clone();
+        let wall =
+            id.checked_sub(self.particle.len()).and_then(|k| Some((k, self.obstacle.get(k)?)));
+        if let Some((k, obstacle)) = wall {
+            return obstacle.name.clone().unwrap_or(format!("obstacle {k}"));
+        }
+        match self.particle.get(id).and_then(name) {
+            None => format!("particle {id}"),
+            Some(own)
+                if self
+                    .particle
+                    .iter()
+                    .filter(|p| p.name.as_ref() == Some(&own))
+                    .nth(1)
+                    .is_none() =>
+            {
+                own
+            }
+            Some(own) => format!("{own} {id}"),
+        }
+    }
+
+    /// The particles of a number, from 0, or of a name.
+    ///
+    /// # Errors
+    /// When there is none, in words.
+    pub fn find(&self, wanted: &str) -> Result<Vec<usize>, String> {
+        let count = self.particle.len();
+        if let Ok(id) = wanted.parse::<usize>() {
+            let unknown =
+                || format!("there is no particle {id}: the case has {count}, counted from 0");
+            return (id < count).then(|| vec![id]).ok_or_else(unknown);
+        }
+        let named = |id: &usize| self.particle[*id].name.as_deref() == Some(wanted);
+        let ids: Vec<usize> = (0..count).filter(named).collect();
+        let known = self.particle.iter().filter_map(|p| p.name.as_deref());
+        if ids.is_empty() { Err(unnamed("particle", wanted, known)) } else { Ok(ids) }
+    }
+
+    /// The case as TOML, of one that has been read.
+    pub fn to_toml(&self) -> String {
+        write::toml(self)
     }
 }
 

@@ -10,6 +10,7 @@ use super::begin::begin;
 use super::contact::pairs;
 use super::document::{Document, line_of, whole_file};
 use super::fault::Fault;
+use super::fill::fill;
 use super::obstacle::off_walls;
 use super::swarm::expand;
 use super::validate::{measures, name_particles, validate};
@@ -122,7 +123,7 @@ fn checked(
     pairs(&case)?;
     measures(&case)?;
     drop_references(&mut case, overrides);
-    case.fill()?;
+    fill(&mut case)?;
     Ok((case, said))
 }
 

@@ -5,8 +5,8 @@ mod geometry;
 pub(in crate::config) mod outline;
 pub mod solid;
 
+pub(in crate::config) use build::build;
 pub(in crate::config) use build::sensible;
-pub(in crate::config) use build::{Shapes, build};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -23,79 +23,73 @@ pub struct Stream {
     pub reynolds: f64,
 }
 
-impl Case {
-    /// The stream in a fluid with viscosity; `None` where nothing but bodies moves.
-    pub fn stream(&self) -> Option<Stream> {
-        let nu = self.fluid.kinematic_viscosity();
-        let speed = self.reference_speed().filter(|_| nu > 0.0)?;
-        let largest = self.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
-        let stream = |length: f64, of| Stream { speed, length, of, reynolds: speed * length / nu };
-        Some(match largest > 0.0 {
-            true => stream(largest, "largest diameter"),
-            false => stream(self.domain.size[1], "height"),
-        })
-    }
+/// The stream in a fluid with viscosity; `None` where nothing but bodies moves.
+pub fn stream(case: &Case) -> Option<Stream> {
+    let nu = case.fluid.kinematic_viscosity();
+    let speed = case.reference_speed().filter(|_| nu > 0.0)?;
+    let largest = case.particle.iter().map(|p| p.shape.diameter()).fold(0.0, f64::max);
+    let stream = |length: f64, of| Stream { speed, length, of, reynolds: speed * length / nu };
+    Some(match largest > 0.0 {
+        true => stream(largest, "largest diameter"),
+        false => stream(case.domain.size[1], "height"),
+    })
+}
 
-    /// The force per volume (N/m3) that drives the fluid, given or of gravity along a slope; `None`
-    /// where there is no such drive.
-    fn driving_force(&self) -> Option<f64> {
-        let axes = || (0..self.dimension()).filter(|axis| self.periodic(*axis));
-        match self.drive.as_ref()? {
-            Drive::Force(force) => Some(axes().map(|a| force[a] * force[a]).sum::<f64>().sqrt()),
-            Drive::Gravity(_) => Some(
-                self.fluid.density
-                    * axes().map(|a| self.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
-            ),
-            Drive::MeanVelocity(_) => None,
+/// The force per volume (N/m3) that drives the fluid, given or of gravity along a slope; `None`
+/// where there is no such drive.
+fn driving_force(case: &Case) -> Option<f64> {
+    let axes = || (0..case.dimension()).filter(|axis| case.periodic(*axis));
+    match case.drive.as_ref()? {
+        Drive::Force(force) => Some(axes().map(|a| force[a] * force[a]).sum::<f64>().sqrt()),
+        Drive::Gravity(_) => Some(
+            case.fluid.density * axes().map(|a| case.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
+        ),
+        Drive::MeanVelocity(_) => None,
+    }
+}
+
+/// The speed (m/s) of the fluid once friction balances that force; infinite where nothing holds
+/// it.
+fn steady_speed(case: &Case, force: f64) -> f64 {
+    let is_wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
+    let between = |axis: usize| {
+        let size = case.domain.size[axis];
+        let walls = case.boundary.ends(axis).filter(|side| is_wall(side)).count();
+        match walls {
+            0 => f64::INFINITY,
+            1 => size,
+            _ => 0.5 * size,
         }
-    }
+    };
+    let held = case.particle.iter().any(|p| !p.is_free());
+    let narrow = case.domain.size.iter().copied().fold(f64::INFINITY, f64::min);
+    let among = if held { 0.5 * narrow } else { f64::INFINITY };
+    let way = (0..case.dimension()).map(between).fold(among, f64::min);
+    (0.5 * force * way * way / case.fluid.viscosity)
+        .min(50.0 * (force * way / case.fluid.density).sqrt())
+}
 
-    /// The speed (m/s) of the fluid once friction balances that force; infinite where nothing holds
-    /// it.
-    fn steady_speed(&self, force: f64) -> f64 {
-        let is_wall = |side: &Side| matches!(side, Side::Wall | Side::MovingWall(_));
-        let between = |axis: usize| {
-            let size = self.domain.size[axis];
-            let walls = self.boundary.ends(axis).filter(|side| is_wall(side)).count();
-            match walls {
-                0 => f64::INFINITY,
-                1 => size,
-                _ => 0.5 * size,
-            }
-        };
-        let held = self.particle.iter().any(|p| !p.is_free());
-        let narrow = self.domain.size.iter().copied().fold(f64::INFINITY, f64::min);
-        let among = if held { 0.5 * narrow } else { f64::INFINITY };
-        let way = (0..self.dimension()).map(between).fold(among, f64::min);
-        (0.5 * force * way * way / self.fluid.viscosity)
-            .min(50.0 * (force * way / self.fluid.density).sqrt())
-    }
+/// The speed (m/s) to which the drive may bring the fluid until the end; `None` without a force
+/// that drives it.
+pub fn driven_speed(case: &Case) -> Option<f64> {
+    let force = driving_force(case)?;
+    Some(steady_speed(case, force).min(force * case.time.end / case.fluid.density))
+}
 
-    /// The speed (m/s) to which the drive may bring the fluid until the end; `None` without a force
-    /// that drives it.
-    pub fn driven_speed(&self) -> Option<f64> {
-        let force = self.driving_force()?;
-        Some(self.steady_speed(force).min(force * self.time.end / self.fluid.density))
-    }
-
-    /// The largest speed of the fluid (m/s) that the case itself tells, whenever it ends: of its
-    /// stream, its drive or its vortex. Where nothing holds what is driven, it is that at the end.
-    pub fn fluid_speed(&self) -> f64 {
-        let driven = self
-            .driving_force()
-            .map(|force| self.steady_speed(force))
-            .filter(|speed| speed.is_finite());
-        let told = [
-            self.reference_speed(),
-            driven.or_else(|| self.driven_speed()),
-            self.initial.taylor_green,
-        ];
-        told.into_iter().flatten().fold(0.0, f64::max)
-    }
+/// The largest speed of the fluid (m/s) that the case itself tells, whenever it ends: of its
+/// stream, its drive or its vortex. Where nothing holds what is driven, it is that at the end.
+pub fn fluid_speed(case: &Case) -> f64 {
+    let driven = driving_force(case)
+        .map(|force| steady_speed(case, force))
+        .filter(|speed| speed.is_finite());
+    let told =
+        [case.reference_speed(), driven.or_else(|| driven_speed(case)), case.initial.taylor_green];
+    told.into_iter().flatten().fold(0.0, f64::max)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::{driven_speed, fluid_speed};
     use crate::config::written;
 
     /// Springs go by it, and a run that goes on to a later end keeps its springs.
@@ -110,7 +104,7 @@ mod tests {
                 drive = {{ force = [10.0, 0.0] }}\ntime = {{ end = {end:?}, cfl = 0.4 }}\n"
             );
             let case = written(&text).unwrap();
-            (case.fluid_speed(), case.driven_speed().unwrap())
+            (fluid_speed(&case), driven_speed(&case).unwrap())
         };
         // Laminar: G H^2/(2 mu) with H = 0.5 m. Turbulent: no faster than 50 (G H/rho)^(1/2).
         for (viscosity, steady) in [(100.0, 0.0125), (0.001, 50.0 * 0.005f64.sqrt())] {

@@ -291,7 +291,7 @@ impl Swarm {
     fn fed(&self, dimension: usize, Feed { rate, from }: &Feed, swarm: &Scatter) -> Vec<Particle> {
         let Scatter { region, seed, gap, .. } = swarm;
         let middle = |axis: usize| 0.5 * (region.min[axis] + region.max[axis]);
-        let bodies = swarm.bodies(self, dimension).0.into_iter().enumerate();
+        let bodies = kinds::bodies(swarm, self, dimension).0.into_iter().enumerate();
         let entering = bodies.map(|(n, made)| {
             let enter = Enter {
                 time: from.unwrap_or(0.0) + n as f64 / rate,
@@ -326,7 +326,7 @@ pub(in crate::config) fn expand(case: &mut Case, folder: &Path, read: ReadBodies
                 case.particle.extend(swarm.fed(case.dimension(), feed, &scatter));
             }
             (None, Some(scatter), None) => {
-                let (bodies, random) = scatter.bodies(swarm, case.dimension());
+                let (bodies, random) = kinds::bodies(&scatter, swarm, case.dimension());
                 let key = format!("swarm.{index}.count");
                 for (made, place) in placement::scatter(case, &scatter, bodies, random, &key)? {
                     case.particle.push(swarm.particle(made, place));

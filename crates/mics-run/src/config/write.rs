@@ -5,36 +5,34 @@ use super::shape::solid::Solid;
 use super::{Case, Like, Obstacle, Particle, Typed, Which};
 use serde::Serialize;
 
-impl Case {
-    /// The case as TOML, of one that has been read.
-    pub fn to_toml(&self) -> String {
-        let mut rest = self.clone();
-        let particles = std::mem::take(&mut rest.particle);
-        let obstacles = std::mem::take(&mut rest.obstacle);
-        if rest.initial.from.is_some() {
-            rest.initial.velocity.clear();
-        }
-        for measure in rest.measure.iter_mut().filter(|m| m.obstacle.is_some()) {
-            // As a body the obstacle follows the particles; it is typed by its own number.
-            measure.particle = Which::default();
-            measure.particles = None;
-        }
-        // Bodies one by one at the end: the time that a list of tables takes grows with its square.
-        let mut text = text(&rest);
-        let mut before = Vec::new();
-        for (index, mut body) in particles.into_iter().enumerate() {
-            if let Some(solid) = body.shape.solid() {
-                body.shape = referred(solid, index, &mut before).into();
-            }
-            text.push('\n');
-            text += &self::text(&Listed { particle: [body] });
-        }
-        for wall in obstacles {
-            text.push('\n');
-            text += &self::text(&Walls { obstacle: [wall] });
-        }
-        text
+/// The case as TOML, of one that has been read.
+pub(super) fn toml(case: &Case) -> String {
+    let mut rest = case.clone();
+    let particles = std::mem::take(&mut rest.particle);
+    let obstacles = std::mem::take(&mut rest.obstacle);
+    if rest.initial.from.is_some() {
+        rest.initial.velocity.clear();
     }
+    for measure in rest.measure.iter_mut().filter(|m| m.obstacle.is_some()) {
+        // As a body the obstacle follows the particles; it is typed by its own number.
+        measure.particle = Which::default();
+        measure.particles = None;
+    }
+    // Bodies one by one at the end: the time that a list of tables takes grows with its square.
+    let mut text = text(&rest);
+    let mut before = Vec::new();
+    for (index, mut body) in particles.into_iter().enumerate() {
+        if let Some(solid) = body.shape.solid() {
+            body.shape = referred(solid, index, &mut before).into();
+        }
+        text.push('\n');
+        text += &self::text(&Listed { particle: [body] });
+    }
+    for wall in obstacles {
+        text.push('\n');
+        text += &self::text(&Walls { obstacle: [wall] });
+    }
+    text
 }
 
 /// What a case says of the solid of the body of this number: long lists of points once, in the

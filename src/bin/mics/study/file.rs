@@ -1,10 +1,9 @@
-//! A study file: what it says, and what can be wrong with it before any case is read.
+//! A study file: what it says.
 
-use mics_run::Result;
-use mics_run::config::{Fault, Text};
+use mics_run::config::Fault;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use toml::{Table, Value};
 
 /// A whole study file.
@@ -237,20 +236,6 @@ pub fn label(value: &Value) -> String {
 /// The refusal of a key.
 pub fn fault(key: impl Into<String>, message: impl Into<String>) -> Fault {
     Fault { key: key.into(), message: message.into() }
-}
-
-/// Reads and checks a study file, with what `--quick` changes if `quick`.
-pub fn read(path: &Path, quick: bool) -> Result<(Study, Text)> {
-    let text = Text::read(path, "study")?;
-    let mut study: Study = text.to(&["set", "plot", "quick"])?;
-    study.check().map_err(|fault| text.refuse(fault))?;
-    if quick {
-        study.repeats = study.quick.repeats.unwrap_or(1);
-        study.ranks = study.quick.ranks.clone().unwrap_or(study.ranks);
-    } else {
-        study.quick = Quick::default();
-    }
-    Ok((study, text))
 }
 
 impl Study {

@@ -70,7 +70,7 @@ pub fn study(request: &Request) -> Result<()> {
             in the study file";
         return Err(Error::Usage(words.into()));
     }
-    let (study, text) = file::read(&request.study, request.quick)?;
+    let (study, text) = check::read(&request.study, request.quick)?;
     let mut plan = Plan::new(&study, &text)?;
     let name = if request.quick { format!("{}-quick", study.name) } else { study.name.clone() };
     let folder = request.out.clone().unwrap_or_else(|| Path::new("runs").join(&name));

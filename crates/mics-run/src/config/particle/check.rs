@@ -5,15 +5,13 @@ use super::*;
 use crate::config::FACES;
 use crate::config::fault::{AXES, Check, Within, not_negative, positive, short, vector};
 
-impl Enter {
-    /// Checks these keys for a body of this diameter (m).
-    fn check(&self, case: &Case, diameter: f64, free: bool) -> Check {
-        let Enter { time, region, gap, .. } = self;
-        ensure!(free, "", "is for free particles: set motion = \"free\" or remove it");
-        not_negative("time", *time, "s")?;
-        not_negative("gap", *gap, "m")?;
-        region.as_ref().map_or(Ok(()), |region| region.check(case, diameter, *gap).within("region"))
-    }
+/// Checks these keys for a body of this diameter (m).
+fn check_enter(enter: &Enter, case: &Case, diameter: f64, free: bool) -> Check {
+    let Enter { time, region, gap, .. } = enter;
+    ensure!(free, "", "is for free particles: set motion = \"free\" or remove it");
+    not_negative("time", *time, "s")?;
+    not_negative("gap", *gap, "m")?;
+    region.as_ref().map_or(Ok(()), |region| region.check(case, diameter, *gap).within("region"))
 }
 
 /// What a particle is made of and how it starts, by its rules that a swarm shares.
@@ -81,7 +79,7 @@ impl Nature<'_> {
             vector("velocity", velocity, dimension, "m/s")?;
         }
         if let Some(spin) = self.spin {
-            spin.check("spin", dimension)?;
+            check_spin(spin, "spin", dimension)?;
         }
         for (i, lock) in self.locked.iter().enumerate() {
             let key = format!("locked.{i}");
@@ -145,7 +143,7 @@ pub(in crate::config) fn particle(case: &Case, particle: &Particle, index: usize
     let enter = particle.enter.as_ref();
     enter.map_or(Ok(()), |enter| {
         let diameter = particle.shape.bounding_diameter();
-        enter.check(case, diameter, *motion == Motion::Free).within("enter")
+        check_enter(enter, case, diameter, *motion == Motion::Free).within("enter")
     })
 }
 
@@ -217,21 +215,15 @@ pub(in crate::config) fn motion(motion: &Motion, key: &str, dimension: usize) ->
     prescribed
         .spin
         .as_ref()
-        .map_or(Ok(()), |spin| spin.check(&format!("{key}.prescribed.spin"), dimension))
+        .map_or(Ok(()), |spin| check_spin(spin, &format!("{key}.prescribed.spin"), dimension))
 }
 
-impl Spin {
-    fn check(&self, key: &str, dimension: usize) -> Check {
-        let (spin, fits) = match self {
-            Spin::Plane(spin) => (std::slice::from_ref(spin), dimension == 2),
-            Spin::Space(spin) => (spin.as_slice(), dimension == 3),
-        };
-        ensure!(
-            fits,
-            key,
-            "is one number in 2D and three in 3D (rad/s); this case is {dimension}D"
-        );
-        ensure!(spin.iter().all(|c| c.is_finite()), key, "must be finite (rad/s), not {spin:?}");
-        Ok(())
-    }
+fn check_spin(spin: &Spin, key: &str, dimension: usize) -> Check {
+    let (spin, fits) = match spin {
+        Spin::Plane(spin) => (std::slice::from_ref(spin), dimension == 2),
+        Spin::Space(spin) => (spin.as_slice(), dimension == 3),
+    };
+    ensure!(fits, key, "is one number in 2D and three in 3D (rad/s); this case is {dimension}D");
+    ensure!(spin.iter().all(|c| c.is_finite()), key, "must be finite (rad/s), not {spin:?}");
+    Ok(())
 }

@@ -3,9 +3,9 @@
 use super::outline::{self, Flaw};
 use super::solid::Solid;
 use super::*;
-use crate::config::Case;
 use crate::config::fault::{Check, Fault, finite, not_negative, positive};
 use crate::config::source::{Source, factor, named, one_of};
+use crate::config::{Case, Kind, Shape, Swarm};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -56,10 +56,49 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
         listed.push(solid);
     }
     for index in 0..case.swarm.len() {
-        let solids = case.swarm[index].shapes_of(index, &mut shapes)?;
+        let solids = shapes_of(&case.swarm[index], index, &mut shapes)?;
         case.swarm[index].solids = solids;
     }
     Ok(shapes.notes)
+}
+
+/// Builds the shapes of the swarm of this number; none where it has discs or spheres of its
+/// `diameter`.
+fn shapes_of(swarm: &Swarm, index: usize, shapes: &mut Shapes) -> Result<Vec<Kind>, Fault> {
+    let table = format!("swarm.{index}");
+    let both = swarm.shape.is_some() && swarm.shapes.is_some();
+    ensure!(
+        !both,
+        format!("{table}.shapes"),
+        "shape and shapes exclude each other: remove one of them"
+    );
+    let one = swarm.shape.iter().map(|shape| (format!("{table}.shape"), 1.0, Some(shape.clone())));
+    let list = swarm.shapes.iter().flatten().enumerate().map(|(k, listed)| {
+        (format!("{table}.shapes.{k}"), listed.share.unwrap_or(1.0), listed.shape())
+    });
+    let mut kinds = Vec::new();
+    for (key, share, shape) in one.chain(list) {
+        positive(&format!("{key}.share"), share, "a part of the shares of all")?;
+        let Some(shape) = shape else {
+            return Err(Fault {
+                key,
+                message: "needs exactly one shape, as in { ellipsoid = { axes = [0.02, 0.01, \
+                    0.01] }, share = 0.5 }"
+                    .to_owned(),
+            });
+        };
+        let within = !matches!(shape, Typed::Like(_));
+        ensure!(within, key, "like is for [[particle]]: give the shape itself");
+        shapes.fits(&shape, &key)?;
+        if let Typed::Disc(Round { diameter }) | Typed::Sphere(Round { diameter }) = shape {
+            positive(&format!("{key}.{}.diameter", shape.key()), diameter, "m")?;
+        }
+        let solid = shapes.solid(&shape, &key)?;
+        kinds.push(Kind { share, shape: solid.map_or_else(|| shape.into(), Shape::from) });
+    }
+    let some = swarm.shapes.is_none() || !kinds.is_empty();
+    ensure!(some, format!("{table}.shapes"), "is empty: give one shape at least");
+    Ok(kinds)
 }
 
 /// Refuses a solid of this length (m) that is far too large for the box, or far too small for its

@@ -39,48 +39,45 @@ pub(super) fn hull(path: &Path, factor: f64) -> Result<(Vec<[f64; 3]>, Vec<Strin
     Ok((corners, notes))
 }
 
-impl Typed {
-    /// The solid that it is in its own axes: of a shape that is not round, has nothing in other
-    /// files and is not scaled.
-    ///
-    /// # Errors
-    /// When it is none, in words.
-    pub(in crate::config) fn geometry(&self) -> Result<Arc<dyn Geometry>, String> {
-        let words = |fault: Fault| fault.0;
-        let balls = |balls: &Option<Vec<Ball>>| -> Vec<(Vector3<f64>, f64)> {
-            let ball = |ball: &Ball| {
-                let at = Vector3::from_fn(|a, _| ball.at.get(a).copied().unwrap_or(0.0));
-                (at, 0.5 * ball.diameter)
-            };
-            balls.iter().flatten().map(ball).collect()
+/// The solid that it is in its own axes: of a shape that is not round, has nothing in other
+/// files and is not scaled.
+///
+/// # Errors
+/// When it is none, in words.
+pub(in crate::config) fn geometry(typed: &Typed) -> Result<Arc<dyn Geometry>, String> {
+    let words = |fault: Fault| fault.0;
+    let balls = |balls: &Option<Vec<Ball>>| -> Vec<(Vector3<f64>, f64)> {
+        let ball = |ball: &Ball| {
+            let at = Vector3::from_fn(|a, _| ball.at.get(a).copied().unwrap_or(0.0));
+            (at, 0.5 * ball.diameter)
         };
-        Ok(match self {
-            Typed::Ellipse(ellipse) => Arc::new(mics_shapes::Ellipse::new(ellipse.axes)),
-            Typed::Ellipsoid(ellipsoid) => Arc::new(mics_shapes::Ellipsoid::new(ellipsoid.axes)),
-            Typed::Superquadric(Superquadric { axes, exponents, .. }) => {
-                Arc::new(mics_shapes::Superquadric::new(*axes, *exponents).map_err(words)?)
-            }
-            Typed::Polygon(Polygon { points, rounding, .. }) => {
-                let points: Vec<_> = points.iter().flatten().copied().collect();
-                let rounding = rounding.unwrap_or(0.0);
-                Arc::new(mics_shapes::Polygon::new(&points, rounding).map_err(words)?)
-            }
-            Typed::Polyhedron(Polyhedron { points, rounding, .. }) => {
-                // Its hull counts, whatever the triangles that have its corners.
-                let points: Vec<_> =
-                    points.iter().flatten().map(|p| [Vector3::from(*p); 3]).collect();
-                let rounding = rounding.unwrap_or(0.0);
-                Arc::new(mics_shapes::Polyhedron::new(&points, rounding).map_err(words)?)
-            }
-            Typed::Clump(Clump { discs: listed @ Some(_), .. }) => {
-                Arc::new(mics_shapes::Clump::new(2, &balls(listed)).map_err(words)?)
-            }
-            Typed::Clump(Clump { spheres, .. }) => {
-                Arc::new(mics_shapes::Clump::new(3, &balls(spheres)).map_err(words)?)
-            }
-            Typed::Disc(_) | Typed::Sphere(_) | Typed::Like(_) => {
-                return Err(format!("a {} is no solid", self.key()));
-            }
-        })
-    }
+        balls.iter().flatten().map(ball).collect()
+    };
+    Ok(match typed {
+        Typed::Ellipse(ellipse) => Arc::new(mics_shapes::Ellipse::new(ellipse.axes)),
+        Typed::Ellipsoid(ellipsoid) => Arc::new(mics_shapes::Ellipsoid::new(ellipsoid.axes)),
+        Typed::Superquadric(Superquadric { axes, exponents, .. }) => {
+            Arc::new(mics_shapes::Superquadric::new(*axes, *exponents).map_err(words)?)
+        }
+        Typed::Polygon(Polygon { points, rounding, .. }) => {
+            let points: Vec<_> = points.iter().flatten().copied().collect();
+            let rounding = rounding.unwrap_or(0.0);
+            Arc::new(mics_shapes::Polygon::new(&points, rounding).map_err(words)?)
+        }
+        Typed::Polyhedron(Polyhedron { points, rounding, .. }) => {
+            // Its hull counts, whatever the triangles that have its corners.
+            let points: Vec<_> = points.iter().flatten().map(|p| [Vector3::from(*p); 3]).collect();
+            let rounding = rounding.unwrap_or(0.0);
+            Arc::new(mics_shapes::Polyhedron::new(&points, rounding).map_err(words)?)
+        }
+        Typed::Clump(Clump { discs: listed @ Some(_), .. }) => {
+            Arc::new(mics_shapes::Clump::new(2, &balls(listed)).map_err(words)?)
+        }
+        Typed::Clump(Clump { spheres, .. }) => {
+            Arc::new(mics_shapes::Clump::new(3, &balls(spheres)).map_err(words)?)
+        }
+        Typed::Disc(_) | Typed::Sphere(_) | Typed::Like(_) => {
+            return Err(format!("a {} is no solid", typed.key()));
+        }
+    })
 }

@@ -9,6 +9,7 @@
 //!            `---'       thickness           of its thinnest part: what the grid resolves
 //! ```
 
+use super::geometry::geometry;
 use super::{Clump, Typed};
 use mics_shapes::{Scaled, Shape as Geometry};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -149,7 +150,7 @@ impl Solid {
     /// # Errors
     /// When it is none, in words.
     pub(in crate::config) fn new(typed: Typed) -> Result<Solid, String> {
-        let geometry = typed.geometry()?;
+        let geometry = geometry(&typed)?;
         let diameter = equal_volume_diameter(&*geometry);
         let base = Base { typed, geometry: geometry.clone(), diameter, scaled: Mutex::default() };
         Ok(Solid { base: Arc::new(base), wanted: None, geometry })

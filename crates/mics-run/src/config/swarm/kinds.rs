@@ -2,8 +2,6 @@
 //! turned, before it has a place.
 
 use super::{Diameters, Orientations, Scatter, Swarm};
-use crate::config::fault::{Fault, positive};
-use crate::config::shape::Shapes;
 use crate::config::{Orientation, Round, Shape, Typed};
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
@@ -40,86 +38,40 @@ impl Kind {
     }
 }
 
-impl Swarm {
-    /// Builds the shapes of the swarm of this number; none where it has discs or spheres of its
-    /// `diameter`.
-    pub(in crate::config) fn shapes_of(
-        &self,
-        index: usize,
-        shapes: &mut Shapes,
-    ) -> Result<Vec<Kind>, Fault> {
-        let table = format!("swarm.{index}");
-        let both = self.shape.is_some() && self.shapes.is_some();
-        ensure!(
-            !both,
-            format!("{table}.shapes"),
-            "shape and shapes exclude each other: remove one of them"
-        );
-        let one =
-            self.shape.iter().map(|shape| (format!("{table}.shape"), 1.0, Some(shape.clone())));
-        let list = self.shapes.iter().flatten().enumerate().map(|(k, listed)| {
-            (format!("{table}.shapes.{k}"), listed.share.unwrap_or(1.0), listed.shape())
-        });
-        let mut kinds = Vec::new();
-        for (key, share, shape) in one.chain(list) {
-            positive(&format!("{key}.share"), share, "a part of the shares of all")?;
-            let Some(shape) = shape else {
-                return Err(Fault {
-                    key,
-                    message: "needs exactly one shape, as in { ellipsoid = { axes = [0.02, 0.01, \
-                        0.01] }, share = 0.5 }"
-                        .to_owned(),
-                });
-            };
-            let within = !matches!(shape, Typed::Like(_));
-            ensure!(within, key, "like is for [[particle]]: give the shape itself");
-            shapes.fits(&shape, &key)?;
-            if let Typed::Disc(Round { diameter }) | Typed::Sphere(Round { diameter }) = shape {
-                positive(&format!("{key}.{}.diameter", shape.key()), diameter, "m")?;
-            }
-            let solid = shapes.solid(&shape, &key)?;
-            kinds.push(Kind { share, shape: solid.map_or_else(|| shape.into(), Shape::from) });
-        }
-        let some = self.shapes.is_none() || !kinds.is_empty();
-        ensure!(some, format!("{table}.shapes"), "is empty: give one shape at least");
-        Ok(kinds)
+/// The shapes that its bodies have: of a swarm without any the round one, whose diameter is
+/// given each time.
+pub(super) fn kinds(swarm: &Swarm, dimension: usize) -> Vec<Kind> {
+    if !swarm.solids.is_empty() {
+        return swarm.solids.clone();
     }
+    let round = Round { diameter: 1.0 };
+    let shape = if dimension == 2 { Typed::Disc(round) } else { Typed::Sphere(round) };
+    vec![Kind { share: 1.0, shape: shape.into() }]
+}
 
-    /// The shapes that its bodies have: of a swarm without any the round one, whose diameter is
-    /// given each time.
-    pub(super) fn kinds(&self, dimension: usize) -> Vec<Kind> {
-        if !self.solids.is_empty() {
-            return self.solids.clone();
-        }
-        let round = Round { diameter: 1.0 };
-        let shape = if dimension == 2 { Typed::Disc(round) } else { Typed::Sphere(round) };
-        vec![Kind { share: 1.0, shape: shape.into() }]
-    }
-
-    /// Which of some kinds each of the bodies has, and how it is turned, one after the other; for
-    /// ever.
-    pub(super) fn choices<'a>(
-        &self,
-        dimension: usize,
-        kinds: &'a [Kind],
-    ) -> impl Iterator<Item = (&'a Kind, Option<Orientation>)> {
-        // Another stream than that of diameters and places: these stay what they are for discs.
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed.unwrap_or(1));
-        random.set_stream(1);
-        let turns = self.orientations.unwrap_or_default() == Orientations::Random;
-        let all: f64 = kinds.iter().map(|kind| kind.share).sum();
-        let mut missing = vec![0.0; kinds.len()];
-        std::iter::repeat_with(move || {
-            let parts = kinds.iter().map(|kind| kind.share / all);
-            missing.iter_mut().zip(parts).for_each(|(missing, part)| *missing += part);
-            // The first of those that lag most.
-            let most = missing.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let k = missing.iter().position(|m| *m >= most - 1e-9).unwrap_or(0);
-            missing[k] -= 1.0;
-            let turned = turns && !kinds[k].shape.is_round();
-            (&kinds[k], turned.then(|| turned_anyhow(dimension, &mut random)))
-        })
-    }
+/// Which of some kinds each of the bodies has, and how it is turned, one after the other; for
+/// ever.
+pub(super) fn choices<'a>(
+    swarm: &Swarm,
+    dimension: usize,
+    kinds: &'a [Kind],
+) -> impl Iterator<Item = (&'a Kind, Option<Orientation>)> {
+    // Another stream than that of diameters and places: these stay what they are for discs.
+    let mut random = ChaCha8Rng::seed_from_u64(swarm.seed.unwrap_or(1));
+    random.set_stream(1);
+    let turns = swarm.orientations.unwrap_or_default() == Orientations::Random;
+    let all: f64 = kinds.iter().map(|kind| kind.share).sum();
+    let mut missing = vec![0.0; kinds.len()];
+    std::iter::repeat_with(move || {
+        let parts = kinds.iter().map(|kind| kind.share / all);
+        missing.iter_mut().zip(parts).for_each(|(missing, part)| *missing += part);
+        // The first of those that lag most.
+        let most = missing.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let k = missing.iter().position(|m| *m >= most - 1e-9).unwrap_or(0);
+        missing[k] -= 1.0;
+        let turned = turns && !kinds[k].shape.is_round();
+        (&kinds[k], turned.then(|| turned_anyhow(dimension, &mut random)))
+    })
 }
 
 /// A random orientation, all equally likely.
@@ -144,22 +96,24 @@ fn turned_anyhow(dimension: usize, random: &mut ChaCha8Rng) -> Orientation {
     Orientation::by(&UnitQuaternion::new_normalize(turn))
 }
 
-impl Scatter<'_> {
-    /// Its bodies with their diameters (m), and the random numbers that come after these.
-    pub(super) fn bodies(&self, swarm: &Swarm, dimension: usize) -> (Vec<Made>, ChaCha8Rng) {
-        let kinds = swarm.kinds(dimension);
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        let mut diameter = || {
-            let [least, largest] = self.diameter.map(Diameters::bounds)?;
-            let part = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-            Some((least + part * (largest - least)).min(largest))
-        };
-        let diameters: Vec<Option<f64>> = (0..self.count).map(|_| diameter()).collect();
-        let choices = swarm.choices(dimension, &kinds);
-        let made = diameters
-            .into_iter()
-            .zip(choices)
-            .map(|(diameter, (kind, orientation))| kind.made(diameter, orientation));
-        (made.collect(), random)
-    }
+/// Its bodies with their diameters (m), and the random numbers that come after these.
+pub(super) fn bodies(
+    scatter: &Scatter<'_>,
+    swarm: &Swarm,
+    dimension: usize,
+) -> (Vec<Made>, ChaCha8Rng) {
+    let kinds = kinds(swarm, dimension);
+    let mut random = ChaCha8Rng::seed_from_u64(scatter.seed);
+    let mut diameter = || {
+        let [least, largest] = scatter.diameter.map(Diameters::bounds)?;
+        let part = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        Some((least + part * (largest - least)).min(largest))
+    };
+    let diameters: Vec<Option<f64>> = (0..scatter.count).map(|_| diameter()).collect();
+    let choices = choices(swarm, dimension, &kinds);
+    let made = diameters
+        .into_iter()
+        .zip(choices)
+        .map(|(diameter, (kind, orientation))| kind.made(diameter, orientation));
+    (made.collect(), random)
 }

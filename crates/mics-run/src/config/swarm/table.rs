@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::Swarm;
+use super::kinds::{choices, kinds};
 use crate::config::fault::{AXES, Check};
 use crate::config::particle::{Overlap, below_periods, inside, overlap};
 use crate::config::source::{self, Source};
@@ -31,8 +32,8 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
     let dimension = case.dimension();
     let columns = columns(&header, dimension, swarm)
         .map_err(|what| source.refuse_line(header_line, &what))?;
-    let kinds = swarm.kinds(dimension);
-    let mut choices = swarm.choices(dimension, &kinds);
+    let kinds = kinds(swarm, dimension);
+    let mut choices = choices(swarm, dimension, &kinds);
     let listed = case.particle.len();
     let mut lines = Vec::new();
     for record in reader.records() {

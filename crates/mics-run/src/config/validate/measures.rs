@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::*;
 use crate::config::fault::{AXES, Within};
-use crate::config::names::unnamed;
+use crate::config::message::unnamed;
 use crate::config::particle::printable;
 
 /// Puts indices in place of the names of particles in the measures, swarms turned into particles.
@@ -68,64 +68,62 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
 pub(in crate::config) fn measures(case: &Case) -> Check {
     for (index, measure) in case.measure.iter().enumerate() {
         let own = case.measure[..index].iter().all(|other| other.name != measure.name);
-        measure.check(case, own).within(format_args!("measure.{index}"))?;
+        check(measure, case, own).within(format_args!("measure.{index}"))?;
     }
     Ok(())
 }
 
-impl Measure {
-    /// Checks its keys; its name is its `own` where no earlier measure has it.
-    fn check(&self, case: &Case, own: bool) -> Check {
-        let measure = self;
-        let Measure { name, kind, from, speed, length, .. } = self;
-        ensure!(!name.is_empty(), "name", "is empty: give each measure a name");
-        printable("name", Some(name))?;
-        ensure!(own, "name", "\"{name}\" names another measure already: give each its own name");
-        not_negative("from", *from, "s")?;
-        let end = case.time.end;
-        ensure!(*from < end, "from", "must be before time.end = {end:?} s, not {from:?}");
-        positive("speed", *speed, "m/s")?;
-        positive("length", *length, "m")?;
+/// Checks its keys; its name is its `own` where no earlier measure has it.
+fn check(measure: &Measure, case: &Case, own: bool) -> Check {
+    let measure = measure;
+    let Measure { name, kind, from, speed, length, .. } = measure;
+    ensure!(!name.is_empty(), "name", "is empty: give each measure a name");
+    printable("name", Some(name))?;
+    ensure!(own, "name", "\"{name}\" names another measure already: give each its own name");
+    not_negative("from", *from, "s")?;
+    let end = case.time.end;
+    ensure!(*from < end, "from", "must be before time.end = {end:?} s, not {from:?}");
+    positive("speed", *speed, "m/s")?;
+    positive("length", *length, "m")?;
+    ensure!(
+        length.is_none() || kind.needs_speed(),
+        "length",
+        "is of coefficients of a force and strouhal only"
+    );
+    ensure!(
+        length.is_some() || measure.obstacle.is_none() || !kind.needs_speed(),
+        "length",
+        "an obstacle has no diameter that a coefficient could refer to: give `length` (m)"
+    );
+    particles(case, measure)?;
+    if let Some(direction) = &measure.direction {
+        let holds = kind.is_of_force() && !kind.fits_morison();
         ensure!(
-            length.is_none() || kind.needs_speed(),
-            "length",
-            "is of coefficients of a force and strouhal only"
+            holds,
+            "direction",
+            "is of forces: drag, lift, strouhal, force, torque and force_noise"
         );
         ensure!(
-            length.is_some() || measure.obstacle.is_none() || !kind.needs_speed(),
-            "length",
-            "an obstacle has no diameter that a coefficient could refer to: give `length` (m)"
+            *kind != MeasureKind::Torque || case.dimension() == 3,
+            "direction",
+            "is of a torque in 3D only: in 2D it is about z"
         );
-        particles(case, measure)?;
-        if let Some(direction) = &measure.direction {
-            let holds = kind.is_of_force() && !kind.fits_morison();
-            ensure!(
-                holds,
-                "direction",
-                "is of forces: drag, lift, strouhal, force, torque and force_noise"
-            );
-            ensure!(
-                *kind != MeasureKind::Torque || case.dimension() == 3,
-                "direction",
-                "is of a torque in 3D only: in 2D it is about z"
-            );
-            vector("direction", direction, case.dimension(), "of any length")?;
-            let some = direction.iter().any(|part| *part != 0.0);
-            ensure!(some, "direction", "is nothing but zeros: give a direction, as in [1.0, 0.0]");
-        }
-        box_keys(case, measure)?;
-        needs_of_kind(case, measure)?;
-        moment(case, measure)?;
-        if kind.needs_speed() {
-            let holds = speed.or(case.reference_speed()).is_some();
-            ensure!(
-                holds,
-                "speed",
-                "no reference speed, as nothing moves at the start: give `speed` (m/s)"
-            );
-        }
-        reference(measure)
+        vector("direction", direction, case.dimension(), "of any length")?;
+        let some = direction.iter().any(|part| *part != 0.0);
+        ensure!(some, "direction", "is nothing but zeros: give a direction, as in [1.0, 0.0]");
     }
+    box_keys(case, measure)?;
+    needs_of_kind(case, measure)?;
+    moment(case, measure)?;
+    if kind.needs_speed() {
+        let holds = speed.or(case.reference_speed()).is_some();
+        ensure!(
+            holds,
+            "speed",
+            "no reference speed, as nothing moves at the start: give `speed` (m/s)"
+        );
+    }
+    reference(measure)
 }
 
 /// Checks that the particles of a measure are there.
