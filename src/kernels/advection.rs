@@ -123,10 +123,12 @@ pub fn upwind5<const D: usize>(
                     let low =
                         |i: usize| if axis == 1 { i * n } else { (i * grid.local[1] + j) * n };
                     let fluxes = if axis == 1 { &mut *rows } else { &mut *planes };
-                    let lows = (first, low, &mut fluxes[..]);
                     let high = &mut along[..n];
-                    let step = (grid.stride[axis], factor[axis]);
-                    across(carrier, axis, u, &row, step, values, lows, high, rate);
+                    let s = grid.stride[axis];
+                    let factor = factor[axis];
+                    across(
+                        carrier, axis, u, &row, s, factor, values, first, low, fluxes, high, rate,
+                    );
                 }
                 if nu != 0.0 {
                     for (q, rate) in u.iter().zip(rate.iter_mut()) {
@@ -148,9 +150,12 @@ fn across<const D: usize>(
     axis: usize,
     u: &VectorField<D>,
     row: &Range<usize>,
-    (s, factor): (usize, f64),
+    s: usize,
+    factor: f64,
     values: &mut [f64],
-    (first, low, fluxes): (bool, impl Fn(usize) -> usize, &mut [f64]),
+    first: bool,
+    low: impl Fn(usize) -> usize,
+    fluxes: &mut [f64],
     high: &mut [f64],
     rate: &mut VectorField<D>,
 ) {
@@ -194,7 +199,8 @@ fn flux_along(flux: &mut [f64], carrier: &[f64], q: &[f64]) {
 #[inline(always)]
 fn flux_across(flux: &mut [f64], carrier: &[f64], q: [&[f64]; 6]) {
     let n = flux.len();
-    let (carrier, q) = (&carrier[..n], q.map(|q| &q[..n]));
+    let carrier = &carrier[..n];
+    let q = q.map(|q| &q[..n]);
     for i in 0..n {
         flux[i] = upwind_flux(carrier[i], [q[0][i], q[1][i], q[2][i], q[3][i], q[4][i], q[5][i]]);
     }

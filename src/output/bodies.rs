@@ -185,7 +185,9 @@ mod tests {
             |x: f64| Body::new(Arc::new(Disc { radius: 0.1 }), 1.0, 0.0, Vector3::new(x, 0.5, 0.0));
         let turned = UnitQuaternion::from_scaled_axis(Vector3::z() * 0.7);
         let mut moved = at(0.25);
-        (moved.id, moved.velocity, moved.orientation) = (7, Vector3::new(3.0, -4.0, 0.0), turned);
+        moved.id = 7;
+        moved.velocity = Vector3::new(3.0, -4.0, 0.0);
+        moved.orientation = turned;
         let bodies = [at(0.4), moved];
         write(&path, 0.1, bodies.iter().map(|body| (body.id, body, Vector3::zeros()))).unwrap();
         let poses = read(&path).unwrap();
@@ -206,7 +208,8 @@ mod tests {
         let shape = Arc::new(square.unwrap());
         let mut body = Body::new(shape, 1.0, 0.0, Vector3::new(5.0, 5.0, 0.0));
         body.orientation = UnitQuaternion::from_scaled_axis(Vector3::z() * FRAC_PI_4);
-        (body.velocity, body.spin) = (Vector3::new(1.0, 0.0, 0.0), Vector3::z());
+        body.velocity = Vector3::new(1.0, 0.0, 0.0);
+        body.spin = Vector3::z();
         write(&path, 0.0, std::iter::once((0, &body, Vector3::zeros()))).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains("NumberOfPoints=\"5\" NumberOfVerts=\"1\" NumberOfLines=\"4\""));

@@ -149,13 +149,11 @@ impl Target for Writer {
         // holds, each told by one rank.
         let mut told = vec![0.0; 1 + 2 * ranks];
         told[0] = self.lead.as_ref().map_or(0.0, |lead| lead.at as f64);
-        (told[1 + 2 * rank], told[2 + 2 * rank]) =
-            (mine.len() as f64, f64::from(crc32fast::hash(mine)));
+        told[1 + 2 * rank] = mine.len() as f64;
+        told[2 + 2 * rank] = f64::from(crc32fast::hash(mine));
         session.sum(&mut told)?;
-        let (begin, parts) = (
-            told[0] as u64,
-            told[1..].chunks_exact(2).map(|part| (part[0] as u64, part[1] as u32)),
-        );
+        let begin = told[0] as u64;
+        let parts = told[1..].chunks_exact(2).map(|part| (part[0] as u64, part[1] as u32));
         let at = begin + parts.clone().take(rank).map(|(length, _)| length).sum::<u64>();
         let after = begin + parts.clone().map(|(length, _)| length).sum::<u64>();
         if let Some(lead) = &mut self.lead {

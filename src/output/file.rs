@@ -16,8 +16,8 @@ pub fn create_together(session: &Session, path: &Path) -> Result<(Option<Part>, 
     let (lead, opened) = match session.agree(made)? {
         Some((lead, file)) => (Some(lead), Ok(file)),
         None => {
-            let (name, unseen) =
-                (part(path), "not seen by this rank: all ranks need one and the same folder");
+            let name = part(path);
+            let unseen = "not seen by this rank: all ranks need one and the same folder";
             let file = OpenOptions::new().write(true).open(&name);
             (None, file.map_err(|e| Error::Run(format!("{}: {e}; {unseen}", name.display()))))
         }

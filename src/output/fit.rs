@@ -34,7 +34,8 @@ pub fn steadiest_quarter(samples: &[(f64, f64)]) -> Option<Steadiest> {
         Some(*sum)
     }));
     let quarter = 0.25 * way.last()?;
-    let (mut best, mut end): (Option<Steadiest>, usize) = (None, 0);
+    let mut best: Option<Steadiest> = None;
+    let mut end = 0;
     // Indices of samples of the window that may become its largest and its least, in order.
     let mut high = VecDeque::new();
     let mut low = VecDeque::new();
@@ -92,8 +93,9 @@ impl Morison {
     pub fn add(&mut self, path: &Oscillation, force: &Vector3<f64>, dt: f64) {
         let middle = Oscillation { time: path.time - 0.5 * dt, ..*path };
         let Some(along) = path.amplitude.try_normalize(0.0) else { return };
-        let (speed, rate, force) =
-            (middle.velocity().dot(&along), middle.acceleration().dot(&along), force.dot(&along));
+        let speed = middle.velocity().dot(&along);
+        let rate = middle.acceleration().dot(&along);
+        let force = force.dot(&along);
         let terms = Vector2::new(-self.scales[0] * speed.abs() * speed, -self.scales[1] * rate);
         self.products += dt * terms * terms.transpose();
         self.forces += dt * force * terms;
@@ -177,9 +179,14 @@ mod tests {
             let mut square = 0.0;
             for k in 1..=400 {
                 let time = dt * f64::from(k);
-                let (origin, drift, amplitude) =
-                    (Vector3::zeros(), Vector3::zeros(), Vector3::new(-0.3, 0.4, 0.0));
-                let path = |time| Oscillation { origin, drift, amplitude, frequency: 0.5, time };
+                let amplitude = Vector3::new(-0.3, 0.4, 0.0);
+                let path = |time| Oscillation {
+                    origin: Vector3::zeros(),
+                    drift: Vector3::zeros(),
+                    amplitude,
+                    frequency: 0.5,
+                    time,
+                };
                 let middle = path(time - 0.5 * dt);
                 let (u, a) = [middle.velocity(), middle.acceleration()]
                     .map(|v| v.dot(&amplitude) / 0.5)

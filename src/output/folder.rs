@@ -150,8 +150,9 @@ impl Folder {
     /// changed then.
     pub fn go_on(path: &Path, log: &mut Log, case: &Case, mut marks: Marks) -> Result<Folder> {
         let lock = lock(path)?;
-        let (steps, particles, said) =
-            (path.join("steps.csv"), path.join("particles.csv"), path.join("log.txt"));
+        let steps = path.join("steps.csv");
+        let particles = path.join("particles.csv");
+        let said = path.join("log.txt");
         Rows::fits(&steps, marks.steps)?;
         marks.particles.map(|length| Rows::fits(&particles, length)).transpose()?;
         let obstacles = path.join(OBSTACLES);

@@ -48,7 +48,9 @@ impl Probes {
             // A place beside another rank's cells lies between them and this one's.
             scene.domain.boundaries.fill_velocity(&mut scene.state.u)?;
         }
-        let (scene, s, periods) = (&*scene, &scene.state, scene.domain.periods());
+        let scene = &*scene;
+        let s = &scene.state;
+        let periods = scene.domain.periods();
         for (probe, places) in self.probes.iter().filter(|(probe, _)| due(probe)) {
             self.values.clear();
             self.values.resize(NUMBERS * places.len(), 0.0);
@@ -67,7 +69,8 @@ impl Probes {
                 let velocity =
                     around.map_or(Vector3::new(v[0], v[1], v[2]), |(_, velocity)| velocity);
                 let body = around.map_or(String::new(), |(id, _)| id.to_string());
-                let ([x, y, z], [vx, vy, vz]): ([f64; 3], [f64; 3]) = (at.into(), velocity.into());
+                let [x, y, z]: [f64; 3] = at.into();
+                let [vx, vy, vz]: [f64; 3] = velocity.into();
                 put(format_args!(
                     "{},{:?},{},{point},{x:?},{y:?},{z:?},{vx:?},{vy:?},{vz:?},{:?},{body}",
                     s.steps, s.time, probe.name, v[3]

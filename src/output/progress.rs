@@ -106,7 +106,8 @@ impl Progress {
         self.from = Some((step, time));
         self.started = Instant::now();
         self.paced = (0.0, time, None);
-        (self.newest.step, self.newest.time) = (step, time);
+        self.newest.step = step;
+        self.newest.time = time;
     }
 
     /// Whether a record is due. False on ranks that keep and show none.

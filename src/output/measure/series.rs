@@ -92,7 +92,8 @@ impl Series {
 
     /// Begins at a time (s) of a run that goes on.
     pub fn begin_at(&mut self, time: f64) {
-        (self.before, self.began) = (time, time);
+        self.before = time;
+        self.began = time;
     }
 
     /// Takes what the fields give of a kind that is of them. Collective.
@@ -138,7 +139,8 @@ impl Series {
         }
         let (of, becomes) = kind(asked);
         let value = of(&view);
-        let (at, touches) = ([0, 1, 2].map(|a| view.body(|b| b.centre[a])), view.touches());
+        let at = [0, 1, 2].map(|a| view.body(|b| b.centre[a]));
+        let touches = view.touches();
         match becomes {
             Becomes::Snapshot => return,
             Becomes::LargestFall | Becomes::TimeOfLargestFall => {

@@ -58,15 +58,22 @@ fn with_keys(kinds: &[&str], keys: &str) -> Vec<Series> {
 #[test]
 fn morison_fit_recovers_coefficients() {
     let mut series = of_kinds(&["morison_drag", "morison_inertia"]);
-    let (origin, drift, amplitude) =
-        (Vector3::zeros(), Vector3::zeros(), Vector3::new(-0.3, 0.4, 0.0));
-    let path = |time| Oscillation { origin, drift, amplitude, frequency: 0.5, time };
-    let (along, mut time) = (amplitude.normalize(), 0.0);
+    let amplitude = Vector3::new(-0.3, 0.4, 0.0);
+    let path = |time| Oscillation {
+        origin: Vector3::zeros(),
+        drift: Vector3::zeros(),
+        amplitude,
+        frequency: 0.5,
+        time,
+    };
+    let along = amplitude.normalize();
+    let mut time = 0.0;
     for k in 0..400 {
         let dt = 0.01 * (1.0 + 0.3 * f64::from(k).sin());
         time += dt;
         let middle = path(time - 0.5 * dt);
-        let (u, a) = (middle.velocity().dot(&along), middle.acceleration().dot(&along));
+        let u = middle.velocity().dot(&along);
+        let a = middle.acceleration().dot(&along);
         // Across the motion, and before the window, anything goes.
         let across = Vector3::new(0.8, 0.6, 0.0) * f64::from(k).cos();
         let force = -2.1 * 0.5 * 2.0 * 0.2 * u.abs() * u - 1.4 * 2.0 * 0.01 * PI * a;
@@ -194,13 +201,15 @@ fn measures_of_falling_and_landing_body() {
 /// An ellipse of 2:1 in shear turns by Jeffery's law, which begins at any angle.
 #[test]
 fn measures_of_turning_body() {
-    let (r, rate) = (2.0f64, 3.0);
+    let r = 2.0f64;
+    let rate = 3.0;
     let mut series = of_kinds(&["turn_period", "largest_spin", "least_spin", "angle"]);
     let mut body = disc();
     body.angle = 0.4;
     let mut half_turn = None;
     for k in 0..20000 {
-        let (time, dt) = (1.0 + 1e-3 * f64::from(k), 1e-3);
+        let dt = 1e-3;
+        let time = 1.0 + dt * f64::from(k);
         let spin = |a: f64| -rate * (r * r * a.sin().powi(2) + a.cos().powi(2)) / (r * r + 1.0);
         body.spin.z = spin(body.angle);
         let sample = at(time, &[], std::slice::from_ref(&body));
