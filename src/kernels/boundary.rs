@@ -31,8 +31,9 @@ pub fn stress<const D: usize>(
 ) -> Sides {
     let mut force = Sides::zeros();
     for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-        let (s, area, inwards) =
-            (grid.stride[axis], grid.cell_volume() / grid.h[axis], 1.0 - 2.0 * side as f64);
+        let s = grid.stride[axis];
+        let area = grid.cell_volume() / grid.h[axis];
+        let inwards = 1.0 - 2.0 * side as f64;
         for cell in grid.boundary_cells(axis, side) {
             let (face, ghost) = if side == 0 { (cell, cell - s) } else { (cell + s, cell + s) };
             let carried = carrier.at(axis, face);

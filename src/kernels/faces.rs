@@ -101,8 +101,9 @@ fn gradient<const D: usize>(
                 let s = grid.stride[axis];
                 let factor = factor / grid.h[axis];
                 for row in grid.face_rows(axis) {
-                    let (low, high, out) =
-                        (&q[row.start - s..row.end - s], &q[row.clone()], &mut face[row.clone()]);
+                    let low = &q[row.start - s..row.end - s];
+                    let high = &q[row.clone()];
+                    let out = &mut face[row.clone()];
                     let terms = out.iter_mut().zip(low).zip(high);
                     match beta {
                         FaceCoefficient::Uniform(b) => {
@@ -166,8 +167,8 @@ pub fn predict<const D: usize>(
                         let mean = means(&u[axis], row.clone(), s);
                         face.iter_mut().enumerate().for_each(|(i, f)| *f = mean(i));
                     } else {
-                        let (low, high) =
-                            (&u[axis][row.start - s..row.end - s], &u[axis][row.clone()]);
+                        let low = &u[axis][row.start - s..row.end - s];
+                        let high = &u[axis][row.clone()];
                         face.iter_mut()
                             .zip(low)
                             .zip(high)
@@ -193,8 +194,8 @@ pub fn add_to_cells<const D: usize>(
             for (axis, field) in u.iter_mut().enumerate() {
                 let a = &acceleration[axis];
                 for row in grid.rows() {
-                    let (low, high) =
-                        (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
+                    let low = &a[row.clone()];
+                    let high = &a[row.start + grid.stride[axis]..][..row.len()];
                     for ((u, l), h) in field[row].iter_mut().zip(low).zip(high) {
                         *u += 0.5 * dt * (l + h);
                     }
@@ -221,8 +222,8 @@ pub fn step_cells<const D: usize>(
             for (axis, to) in to.iter_mut().enumerate() {
                 let a = &acceleration[axis];
                 for row in grid.rows() {
-                    let (low, high) =
-                        (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
+                    let low = &a[row.clone()];
+                    let high = &a[row.start + grid.stride[axis]..][..row.len()];
                     let terms = rate[axis][row.clone()].iter().zip(low).zip(high);
                     let fields = to[row.clone()].iter_mut().zip(&from[axis][row]);
                     for ((to, u), ((r, l), h)) in fields.zip(terms) {
@@ -252,8 +253,8 @@ pub fn recur_cells<const D: usize>(
                 for row in grid.rows() {
                     let [p, q, r, s] =
                         terms.map(|(factor, field)| (factor, &field[axis][row.clone()]));
-                    let (low, high) =
-                        (&a[row.clone()], &a[row.start + grid.stride[axis]..][..row.len()]);
+                    let low = &a[row.clone()];
+                    let high = &a[row.start + grid.stride[axis]..][..row.len()];
                     let fields =
                         p.1.iter().zip(q.1).zip(r.1.iter().zip(s.1)).zip(low.iter().zip(high));
                     for (to, (((u, v), (f, g)), (l, h))) in to[row].iter_mut().zip(fields) {
@@ -303,8 +304,8 @@ pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &
                 for axis in 0..D {
                     let s = grid.stride[axis];
                     let factor = 1.0 / grid.h[axis];
-                    let (low, high) =
-                        (&faces[axis][row.clone()], &faces[axis][row.start + s..row.end + s]);
+                    let low = &faces[axis][row.clone()];
+                    let high = &faces[axis][row.start + s..row.end + s];
                     for ((d, l), h) in out[row.clone()].iter_mut().zip(low).zip(high) {
                         let part = factor * (h - l);
                         *d = if axis == 0 { part } else { *d + part };
