@@ -14,6 +14,7 @@ use mics::kernels::diffusion;
 use mics::kernels::faces;
 use mics::method::Kind;
 use mics::method::sharp::cut::CutBodies;
+use mics::particles::velocities;
 use mics::particles::{Accelerations, Body, Freedom, Motion};
 use mics::petsc::Session;
 use mics::scene::Scene;
@@ -166,7 +167,7 @@ fn walls<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
     let mut cut = CutBodies::new(domain, &state.bodies);
     cut.settle(domain, &state.bodies);
     group.bench_function(BenchmarkId::new("impose", &size), |b| {
-        b.iter(|| cut.set_ghost_cells(domain, &state.bodies, true, None, &mut state.u));
+        b.iter(|| cut.set_ghost_cells(domain, velocities(&state.bodies), true, None, &mut state.u));
     });
     group.finish();
 }

@@ -22,7 +22,7 @@ use crate::launch::Work;
 use crate::output::progress::Progress;
 use crate::output::{Folder, Log, Marks, may_use, refuse_held};
 use crate::petsc::Session;
-use crate::scene::{Scene, read_case};
+use crate::scene::read_case;
 use crate::system::now;
 use crate::{Error, Result};
 pub use cost::Account;
@@ -31,9 +31,10 @@ pub use export::{BodiesInBox, Exported, Moment, Wanted, system_of};
 use kept::Kept;
 use measures::Measures;
 use origin::Origin;
+use record::Records;
 pub use record::Written;
-use record::{Due, Records};
 use restart::{Checkpoints, Contents, Restart};
+use schedule::Schedule;
 use std::path::{Path, PathBuf};
 use stepper::{StepOutcome, Stepper};
 use summary::Summary;
@@ -125,10 +126,8 @@ impl<'a, const D: usize> Run<'a, D> {
     ) -> Result<Self> {
         let case = &loaded.case;
         let mut account = Account::begin();
-        let (mut scene, inherited) = match &restart {
-            Some(_) => (Scene::<D>::new(session, case)?, Vec::new()),
-            None => ended::begin(session, case)?,
-        };
+        let from = case.initial.from.as_ref().filter(|_| restart.is_none());
+        let (mut scene, inherited) = ended::begin(session, case, from)?;
         let mut measures = Measures::new(case, &scene);
         let mut written = Written::default();
         let mut marks = Marks::default();
@@ -157,10 +156,7 @@ impl<'a, const D: usize> Run<'a, D> {
             session,
             case,
             kept: Kept::new(&scene.state),
-            checkpoints: Checkpoints::new(
-                case.output.checkpoint,
-                restart.as_ref().map(Restart::step),
-            ),
+            checkpoints: Checkpoints::new(case, restart.as_ref().map(Restart::step)),
             records: Records {
                 session,
                 case,
@@ -170,7 +166,8 @@ impl<'a, const D: usize> Run<'a, D> {
                 out,
                 measures,
                 written,
-                due: Due::new(case, scene.state.time),
+                fields: Schedule::new(case.output.fields, scene.state.time),
+                particles: Schedule::new(Some(case.output.rows()), scene.state.time),
             },
             stepper: Stepper::new(case, scene),
             cost: Cost::new(account),

@@ -115,16 +115,17 @@ impl<const D: usize> State<D> {
 
     /// Copies what a reader of the results needs into `kept`: a twentieth of a step.
     pub fn keep(&self, kept: &mut Readable<D>) {
-        let State { time, steps, u, p, bodies, .. } = self;
-        (kept.time, kept.steps) = (*time, *steps);
-        kept.u.clone_from(u);
-        kept.p.clone_from(p);
-        kept.bodies.clone_from(bodies);
+        kept.time = self.time;
+        kept.steps = self.steps;
+        kept.u.clone_from(&self.u);
+        kept.p.clone_from(&self.p);
+        kept.bodies.clone_from(&self.bodies);
     }
 
     /// Brings back what [`State::keep`] copied: for readers, since a step needs more.
     pub fn bring_back(&mut self, kept: &Readable<D>) {
-        (self.time, self.steps) = (kept.time, kept.steps);
+        self.time = kept.time;
+        self.steps = kept.steps;
         self.u.clone_from(&kept.u);
         self.p.clone_from(&kept.p);
         self.bodies.clone_from(&kept.bodies);

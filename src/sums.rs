@@ -5,6 +5,7 @@
 //! gets them from the owners, the ranks of the bodies' centres.
 
 use crate::Result;
+use crate::particles::{Load, RigidVelocity};
 use crate::petsc::Session;
 use crate::reach::Reach;
 use crate::sharing;
@@ -138,6 +139,20 @@ impl<T: Summed + Clone + Default> BodySums<T> {
             }
         }
         Ok(values)
+    }
+}
+
+impl Summed for Load {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        self.force.each(take);
+        self.torque.each(take);
+    }
+}
+
+impl Summed for RigidVelocity {
+    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
+        self.velocity.each(take);
+        self.spin.each(take);
     }
 }
 

@@ -1,5 +1,5 @@
-//! The impulses of a step while the fluid responds to them: clusters that part ([`super::cluster`]),
-//! the correction ([`super::correction`]), and the bound on their work.
+//! The impulses of a step while the fluid responds to them: their correction
+//! ([`super::correction`]), and the bound on the work of clusters that part ([`super::cluster`]).
 
 use super::Impulse;
 use super::arms::PairImpulse;

@@ -241,7 +241,7 @@ impl Body {
 
     /// Velocity of the body's point at `arm` from its centre (m/s): the rigid motion of eq. (27).
     pub fn velocity_at(&self, arm: &Vector3<f64>) -> Vector3<f64> {
-        self.velocity + self.spin.cross(arm)
+        self.rigid_velocity().at(arm)
     }
 
     /// Whether its place, velocity and spin are finite numbers.

@@ -1,8 +1,8 @@
 //! What acts on a rigid body, and how it moves, about its centre.
 
+use super::Body;
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
-use crate::sums::Summed;
 use nalgebra::Vector3;
 
 /// A force and its torque about a body's centre.
@@ -23,18 +23,23 @@ pub struct RigidVelocity {
     pub spin: Vector3<f64>,
 }
 
-impl Summed for Load {
-    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
-        self.force.each(take);
-        self.torque.each(take);
+impl RigidVelocity {
+    /// The velocity of the body's point at `arm` from its centre (m/s): the rigid motion of eq.
+    /// (27).
+    #[inline(always)]
+    pub fn at(&self, arm: &Vector3<f64>) -> Vector3<f64> {
+        self.velocity + self.spin.cross(arm)
     }
 }
 
-impl Summed for RigidVelocity {
-    fn each(&mut self, take: &mut dyn FnMut(&mut [f64])) {
-        self.velocity.each(take);
-        self.spin.each(take);
-    }
+/// The velocities of bodies, by their numbers.
+pub trait Velocities: Fn(usize) -> RigidVelocity + Copy {}
+
+impl<V: Fn(usize) -> RigidVelocity + Copy> Velocities for V {}
+
+/// The velocities of bodies as they are.
+pub fn velocities(bodies: &[Body]) -> impl Velocities + '_ {
+    |k: usize| bodies[k].rigid_velocity()
 }
 
 impl Checkpointed for Load {

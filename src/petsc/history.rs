@@ -37,6 +37,13 @@ pub struct Attempt {
     residuals: Range<usize>,
 }
 
+impl Attempt {
+    /// A residual over that of a solution of zero.
+    pub fn relative(&self, residual: f64) -> f64 {
+        if self.reference > 0.0 { residual / self.reference } else { 0.0 }
+    }
+}
+
 /// The solves that [`crate::petsc::LinearSolver::record`] asked for.
 #[derive(Debug)]
 pub struct History {

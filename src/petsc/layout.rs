@@ -63,11 +63,13 @@ impl Layout {
             cells,
             periodic,
             ranks,
-            (ghosts, ffi::DM_BOUNDARY_GHOSTED, ffi::DMDA_STENCIL_BOX),
+            ghosts,
+            ffi::DM_BOUNDARY_GHOSTED,
+            ffi::DMDA_STENCIL_BOX,
         )?;
         // SAFETY: `da` is a DMDA just made; on failure it is still ours to destroy.
         let read = check("DMSetUp", unsafe { ffi::DMSetUp(da) })
-            .and_then(|()| Self::read(da, (cells, periodic), ranks, ghosts));
+            .and_then(|()| Self::read(da, cells, periodic, ranks, ghosts));
         // SAFETY: destroyed once.
         check("DMDestroy", unsafe { ffi::DMDestroy(&mut da) })?;
         read
@@ -83,7 +85,9 @@ impl Layout {
             &cells,
             &periodic,
             ranks,
-            (1, ffi::DM_BOUNDARY_NONE, ffi::DMDA_STENCIL_BOX),
+            1,
+            ffi::DM_BOUNDARY_NONE,
+            ffi::DMDA_STENCIL_BOX,
         )?;
         let grid = CellGrid { dm };
         // SAFETY: a DMDA just made, owned by `grid`.
@@ -103,7 +107,7 @@ impl Layout {
         let in_space = [cells[0], cells[1], cells.get(2).copied().unwrap_or(1)];
         let kind = ffi::DM_BOUNDARY_NONE;
         let form = ffi::DMDA_STENCIL_STAR;
-        let dm = make_da(session, &in_space, &[false; 3], ranks, (1, kind, form))?;
+        let dm = make_da(session, &in_space, &[false; 3], ranks, 1, kind, form)?;
         let grid = CellGrid { dm };
         // SAFETY: a DMDA just made, owned by `grid`.
         check("DMSetUp", unsafe { ffi::DMSetUp(grid.dm) })?;
@@ -123,7 +127,8 @@ impl Layout {
 
     fn read(
         da: ffi::DM,
-        (cells, periodic): (&[usize], &[bool]),
+        cells: &[usize],
+        periodic: &[bool],
         ranks_along: [usize; 3],
         ghosts: usize,
     ) -> Result<Layout> {
@@ -185,14 +190,17 @@ fn make_da(
     cells: &[usize],
     periodic: &[bool],
     ranks: [usize; 3],
-    (ghosts, boundary, stencil): (usize, ffi::DMBoundaryType, ffi::DMDAStencilType),
+    ghosts: usize,
+    boundary: ffi::DMBoundaryType,
+    stencil: ffi::DMDAStencilType,
 ) -> Result<ffi::DM> {
     let kind = |a: usize| match periodic[a] {
         true => ffi::DM_BOUNDARY_PERIODIC,
         false => boundary,
     };
     let n = |a: usize| cells[a] as i32;
-    let ([along_x, along_y, along_z], width) = (ranks.map(|r| r as i32), ghosts as i32);
+    let [along_x, along_y, along_z] = ranks.map(|r| r as i32);
+    let width = ghosts as i32;
     let comm = session.comm();
     let none = ptr::null();
     let mut da: ffi::DM = ptr::null_mut();

@@ -233,8 +233,8 @@ unsafe extern "C" fn create(pc: ffi::PC) -> ffi::PetscErrorCode {
 unsafe extern "C" fn apply(pc: ffi::PC, r: ffi::Vec, z: ffi::Vec) -> ffi::PetscErrorCode {
     let mut a = ptr::null_mut();
     let mut p = ptr::null_mut();
-    let (mut carried, mut context): (ffi::PetscObject, *mut c_void) =
-        (ptr::null_mut(), ptr::null_mut());
+    let mut carried: ffi::PetscObject = ptr::null_mut();
+    let mut context: *mut c_void = ptr::null_mut();
     // SAFETY: each call writes one pointer; what a matrix carries under our name is a container of
     // ours, whose state lives as long as the matrix is used, and at which nobody else looks during
     // a call.

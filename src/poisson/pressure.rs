@@ -256,16 +256,7 @@ impl Projection {
             }
             let attempts = self.solver.history().attempts().len();
             self.solves.begin(done.outer == 0, done.divergence_max, attempts);
-            let tighter = self.rule.tightening.powi(done.outer as i32);
-            let needed = (0.5 * self.rule.limit / done.divergence_max)
-                .clamp(1e-13, 0.1)
-                .powf(roughly.unwrap_or(1.0));
-            let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
-            // A residual whose 2-norm is below this cannot hold a cell above D0/2; it ends no solve
-            // before it has begun, and none whose tolerance the user has fixed.
-            let within = done.divergence_max < self.rule.limit;
-            let fixed = self.solver.fixed_rtol().is_some();
-            let atol = if within || fixed { 0.0 } else { 0.5 * self.rule.limit / dt };
+            let (rtol, atol) = self.tolerances(&done, dt, roughly);
             let solved = self.solve(grid, dt, rtol, atol)?;
             self.correct(grid, boundaries, beta, dt, p, coupled.faces())?;
             coupled.follow(grid, dt, &self.phi)?;
@@ -279,6 +270,21 @@ impl Projection {
         }
         boundaries.fill_pressure(p)?;
         Ok(done)
+    }
+
+    /// The relative and the absolute tolerance (1/s2) of the solve that comes next.
+    fn tolerances(&self, done: &Projected, dt: f64, roughly: Option<f64>) -> (f64, f64) {
+        let tighter = self.rule.tightening.powi(done.outer as i32);
+        let needed = (0.5 * self.rule.limit / done.divergence_max)
+            .clamp(1e-13, 0.1)
+            .powf(roughly.unwrap_or(1.0));
+        let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
+        // A residual whose 2-norm is below this cannot hold a cell above D0/2; it ends no solve
+        // before it has begun, and none whose tolerance the user has fixed.
+        let within = done.divergence_max < self.rule.limit;
+        let fixed = self.solver.fixed_rtol().is_some();
+        let atol = if within || fixed { 0.0 } else { 0.5 * self.rule.limit / dt };
+        (rtol, atol)
     }
 
     fn largest_divergence<const D: usize>(

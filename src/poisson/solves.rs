@@ -1,7 +1,7 @@
 //! The solves of a step, for who wants to see them: |D| before and after each C-HSMAC iteration,
 //! and the residuals of its solve.
 
-use crate::petsc::{Attempt, History};
+use crate::petsc::History;
 
 /// The C-HSMAC iterations since the last [`Solves::clear`].
 #[derive(Debug, Default)]
@@ -33,7 +33,7 @@ pub struct SolveRow {
     pub attempt: u32,
     /// Krylov iterations so far.
     pub krylov: u32,
-    /// The norm of the residual ([`Attempt::norm`]).
+    /// The norm of the residual ([`crate::petsc::Attempt::norm`]).
     pub norm: &'static str,
     /// The residual: 1/s2 in the 2-norm over all cells.
     pub residual: f64,
@@ -81,31 +81,21 @@ impl Solves {
         let of_iteration = move |(k, (iteration, end)): (usize, (&'a Iteration, usize))| {
             let attempts = all.get(iteration.attempt..end).unwrap_or_default();
             attempts.iter().enumerate().flat_map(move |(attempt, solve)| {
-                let place = [iteration.projection, k as u32 + 1, attempt as u32 + 1];
                 let rows = history.residuals(solve).iter();
-                rows.map(move |residual| row(place, iteration, solve, *residual))
+                rows.map(move |(krylov, residual)| SolveRow {
+                    projection: iteration.projection,
+                    outer: k as u32 + 1,
+                    attempt: attempt as u32 + 1,
+                    krylov: *krylov,
+                    norm: solve.norm,
+                    residual: *residual,
+                    relative: solve.relative(*residual),
+                    tolerance: solve.tolerance,
+                    before: iteration.before,
+                    after: iteration.after,
+                })
             })
         };
         self.iterations.iter().zip(ends).enumerate().flat_map(of_iteration)
-    }
-}
-
-fn row(
-    [projection, outer, attempt]: [u32; 3],
-    iteration: &Iteration,
-    solve: &Attempt,
-    (krylov, residual): (u32, f64),
-) -> SolveRow {
-    SolveRow {
-        projection,
-        outer,
-        attempt,
-        krylov,
-        norm: solve.norm,
-        residual,
-        relative: if solve.reference > 0.0 { residual / solve.reference } else { 0.0 },
-        tolerance: solve.tolerance,
-        before: iteration.before,
-        after: iteration.after,
     }
 }

@@ -13,16 +13,16 @@ use crate::{Error, Result};
 use mics_run::vti::Rows;
 use std::path::{Path, PathBuf};
 
-/// The scene of a case as a run begins with it, from where another one ended if the case says so,
-/// with what was taken over from there in lines. Collective.
+/// The scene of a case as a run begins with it, `from` where the run in a folder ended if there is
+/// one, with what was taken over from there in lines. Collective.
 ///
 /// # Errors
 /// When the scene cannot be built, or that run is none to begin from.
 pub(super) fn begin<const D: usize>(
     session: &Session,
     case: &Case,
+    from: Option<&String>,
 ) -> Result<(Scene<D>, Vec<String>)> {
-    let from = case.initial.from.as_ref();
     let ended = from.map(|from| Ended::<D>::read(session, Path::new(from))).transpose()?;
     let mut scene = Scene::new(session, case)?;
     let inherited = match ended {

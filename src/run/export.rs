@@ -110,7 +110,7 @@ fn export<const D: usize>(request: &Request, loaded: &Loaded, wanted: Wanted) ->
     check_memory(loaded, &session)?;
     let interrupt = Interrupt::listen()?;
     let case = &loaded.case;
-    let (scene, _) = ended::begin::<D>(&session, case)?;
+    let (scene, _) = ended::begin::<D>(&session, case, case.initial.from.as_ref())?;
     crate::check::refuse(loaded, &scene)?;
     let export = Export {
         case,
@@ -237,7 +237,7 @@ impl<const D: usize> Export<'_, D> {
         });
         Ok(Exported {
             step: self.stepper.number(),
-            time: self.stepper.began_at() + dt,
+            time: self.stepper.began_at + dt,
             dt,
             cells: domain.grid.cells.to_vec(),
             spacing: domain.grid.h.to_vec(),

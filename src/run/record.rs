@@ -30,7 +30,8 @@ pub(super) struct Records<'a, const D: usize> {
     pub measures: Measures<D>,
     pub written: Written,
     /// When snapshots are due, and rows of particles.
-    pub due: Due,
+    pub fields: Schedule,
+    pub particles: Schedule,
 }
 
 /// The newest of what has been written and need not be written twice.
@@ -45,22 +46,6 @@ pub struct Written {
 impl Checkpointed for Written {
     fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
         archive.serialize([&mut self.fields, &mut self.rows])
-    }
-}
-
-/// When snapshots and rows of particles are due.
-pub(super) struct Due {
-    fields: Schedule,
-    particles: Schedule,
-}
-
-impl Due {
-    /// As a case says, from `time` (s) on.
-    pub fn new(case: &Case, time: f64) -> Due {
-        Due {
-            fields: Schedule::new(case.output.fields, time),
-            particles: Schedule::new(Some(case.output.rows()), time),
-        }
     }
 }
 
@@ -102,14 +87,14 @@ impl<const D: usize> Records<'_, D> {
     pub fn write_due(&mut self, scene: &mut Scene<D>, outcome: &StepOutcome) -> Result<()> {
         let step = scene.state.steps;
         let time = scene.state.time;
-        if self.due.particles.due(step, time) {
+        if self.particles.due(step, time) {
             self.write_particles(&scene.state)?;
         }
         self.measures.sample(scene, outcome.speed)?;
         self.record(scene)?;
         self.show_progress(&scene.state, outcome);
         scene.domain.clock.lap(Stage::Logs);
-        if self.due.fields.due(step, time) {
+        if self.fields.due(step, time) {
             self.write_fields(scene)?;
         }
         Ok(())
@@ -120,7 +105,7 @@ impl<const D: usize> Records<'_, D> {
         if let Some(folder) = &mut self.folder {
             let solves = stepper.scene.domain.projection.solves();
             // The step's own failure is what counts.
-            let _ = folder.write_solves(stepper.number(), stepper.began_at() + dt, solves);
+            let _ = folder.write_solves(stepper.number(), stepper.began_at + dt, solves);
         }
     }
 

@@ -23,8 +23,8 @@ pub(super) struct Checkpoints {
 }
 
 impl Checkpoints {
-    pub fn new(every: crate::config::Checkpoints, newest: Option<u64>) -> Checkpoints {
-        Checkpoints { every, written: Instant::now(), newest }
+    pub fn new(case: &Case, newest: Option<u64>) -> Checkpoints {
+        Checkpoints { every: case.output.checkpoint, written: Instant::now(), newest }
     }
 
     /// Whether one is due after a step, by this rank's clock.
@@ -56,7 +56,7 @@ impl Checkpoints {
         contents.serialize(&mut archive)?;
         archive.finish()?;
         writer.commit(session)?;
-        *self = Checkpoints::new(self.every, Some(step));
+        *self = Checkpoints::new(contents.case, Some(step));
         Ok(())
     }
 }

@@ -23,7 +23,7 @@ pub(super) struct Stepper<'a, const D: usize> {
     /// Steps done at the start of the step.
     began: u64,
     /// Time at the start of the step (s).
-    began_at: f64,
+    pub began_at: f64,
     /// When the history of the solves is recorded.
     history: Schedule,
     /// Whether a pressure has been solved for.
@@ -119,11 +119,6 @@ impl<'a, const D: usize> Stepper<'a, D> {
     /// The number of the step.
     pub fn number(&self) -> u64 {
         self.began + 1
-    }
-
-    /// Time at the start of the step (s).
-    pub fn began_at(&self) -> f64 {
-        self.began_at
     }
 
     /// The step in words.

@@ -16,7 +16,7 @@ use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::numerics::{CREEPING_LAYER, LARGEST_PROFILE, RESOLVED_LAYER};
-use crate::particles::{Body, all_fixed, nearest_image};
+use crate::particles::{Body, Velocities, all_fixed, nearest_image};
 use crate::reach::Reach;
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
@@ -227,12 +227,12 @@ impl<const D: usize> CutBodies<D> {
     pub fn set_ghost_cells(
         &mut self,
         domain: &Domain<D>,
-        bodies: &[Body],
+        velocities: impl Velocities,
         cleared: bool,
         exchanged: Option<&mut Vec<ExchangedMomentum>>,
         u: &mut VectorField<D>,
     ) {
-        self.find_targets(domain, bodies, cleared, u);
+        self.find_targets(domain, velocities, cleared, u);
         self.apply_targets(domain, cleared, exchanged.map(|exchanged| (1.0, exchanged)), u);
     }
 
@@ -240,7 +240,7 @@ impl<const D: usize> CutBodies<D> {
     pub fn find_targets(
         &mut self,
         domain: &Domain<D>,
-        bodies: &[Body],
+        velocities: impl Velocities,
         cleared: bool,
         u: &VectorField<D>,
     ) {
@@ -249,19 +249,24 @@ impl<const D: usize> CutBodies<D> {
         let resolved = RESOLVED_LAYER * fluid.viscosity / (fluid.density * self.h);
         let limit = Some((resolved, LARGEST_PROFILE));
         let cuts = &mut self.bodies;
-        Arch::new().dispatch(FindTargets { cuts, bodies, grid, u, limit, cleared });
+        Arch::new().dispatch(FindTargets { cuts, velocities, grid, u, limit, cleared });
         self.shared.share_targets(self.bodies.as_mut_slice(), cleared);
     }
 
     /// Finds by the velocity `u` (m/s), ghosts filled, what the cubic extrapolation adds from now
     /// on, where no body moves.
-    pub fn find_cubic(&mut self, domain: &Domain<D>, bodies: &[Body], u: &VectorField<D>) {
+    pub fn find_cubic(
+        &mut self,
+        domain: &Domain<D>,
+        velocities: impl Velocities,
+        u: &VectorField<D>,
+    ) {
         let grid = &domain.grid;
         let fluid = &domain.fluid;
         let creeping = CREEPING_LAYER * fluid.viscosity / (fluid.density * self.h);
         for (k, cut) in self.bodies.each_mut() {
             let CutBody { ghosts: GhostCells { profiles, cubic, .. }, stencils, .. } = cut;
-            let flow = Flow { grid, u, bodies, k };
+            let flow = Flow { grid, u, velocities, k };
             for cubic in cubic.iter_mut().filter(|_| creeping > 0.0) {
                 let profile = &profiles[cubic.profile as usize];
                 let own = stencils.value(profile, &flow);
@@ -371,9 +376,9 @@ fn joined(bodies: &[Body]) -> Vec<Vec<(usize, Vector3<f64>)>> {
 }
 
 /// Finds the targets of ghost cells by a velocity, ghosts filled.
-struct FindTargets<'a, const D: usize> {
+struct FindTargets<'a, V: Velocities, const D: usize> {
     cuts: &'a mut LocalBodies<D>,
-    bodies: &'a [Body],
+    velocities: V,
     grid: &'a Grid<D>,
     u: &'a VectorField<D>,
     /// As in [`super::stencil::Stencils::values`].
@@ -382,20 +387,21 @@ struct FindTargets<'a, const D: usize> {
     cleared: bool,
 }
 
-impl<const D: usize> WithSimd for FindTargets<'_, D> {
+impl<V: Velocities, const D: usize> WithSimd for FindTargets<'_, V, D> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let FindTargets { cuts, bodies, grid, u, limit, cleared } = self;
+        let FindTargets { cuts, velocities, grid, u, limit, cleared } = self;
         for (k, cut) in cuts.each_mut() {
             let CutBody { ghosts: GhostCells { cells, profiles, cubic, .. }, stencils, .. } = cut;
             let sets = |ghost: &GhostCell| cleared || !ghost.cleared;
+            let own = velocities(k);
             for ghost in cells.iter_mut() {
-                let rigid = bodies[k].velocity_at(&ghost.arm);
+                let rigid = own.at(&ghost.arm);
                 ghost.target = if sets(ghost) { rigid } else { Vector3::zeros() };
             }
-            let flow = Flow { grid, u, bodies, k };
+            let flow = Flow { grid, u, velocities, k };
             stencils.values(
                 simd,
                 profiles,

@@ -21,7 +21,7 @@ use super::profile::{self, Parabola};
 use crate::geometry::{Nearest, Orientation, Shape, Turned};
 use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::{BLENDING_WIDTH, IMAGE_POINT, SLOPE_IMAGE_POINT};
-use crate::particles::Body;
+use crate::particles::{Body, Velocities};
 use nalgebra::Vector3;
 use std::cell::Cell;
 
@@ -48,13 +48,13 @@ pub enum Other {
 impl Other {
     /// The velocity there (m/s); `None` where nothing is near.
     #[inline]
-    pub fn velocity(&self, bodies: &[Body]) -> Option<Vector3<f64>> {
+    pub fn velocity(&self, velocities: impl Velocities) -> Option<Vector3<f64>> {
         match *self {
             Other::Nothing => None,
-            Other::Body(j, arm, None) => Some(bodies[j].velocity_at(&arm)),
+            Other::Body(j, arm, None) => Some(velocities(j).at(&arm)),
             Other::Body(j, mut arm, Some(axis)) => {
                 arm[axis] = -arm[axis];
-                let mut velocity = bodies[j].velocity_at(&arm);
+                let mut velocity = velocities(j).at(&arm);
                 velocity[axis] = -velocity[axis];
                 Some(velocity)
             }

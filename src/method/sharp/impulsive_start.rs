@@ -23,7 +23,7 @@ use crate::Result;
 use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::faces;
-use crate::particles::Load;
+use crate::particles::{Load, velocities};
 use crate::state::{BeforeForcing, State};
 use nalgebra::{Matrix3, Vector3};
 
@@ -102,7 +102,7 @@ pub fn project<const D: usize>(
     faces::add_to_cells(&domain.grid, 1.0, &acceleration.faces, &mut s.u);
     super::acceleration::add_cut_cells(cut, domain, 1.0, Some(exchanged), &mut s.u);
     domain.boundaries.fill_velocity(&mut s.u)?;
-    cut.set_ghost_cells(domain, &s.bodies, false, Some(exchanged), &mut s.u);
+    cut.set_ghost_cells(domain, velocities(&s.bodies), false, Some(exchanged), &mut s.u);
     domain.boundaries.fill_velocity(&mut s.u)
 }
 

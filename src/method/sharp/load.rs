@@ -10,7 +10,7 @@ use crate::Result;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
 use crate::method::vector;
-use crate::particles::{Body, Load};
+use crate::particles::{Body, Load, Velocities, velocities};
 use crate::state::State;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
@@ -26,7 +26,7 @@ pub fn surface_forces<'a, const D: usize>(
     let own = |k: usize| {
         let force = pressure_force(cut, &domain.grid, k, &s.p);
         let torque = pressure_torque(cut, &domain.grid, &s.bodies[k], k, &s.p);
-        let shear = shear_force(cut, domain, &s.bodies, k, &s.u);
+        let shear = shear_force(cut, domain, velocities(&s.bodies), k, &s.u);
         SurfaceForces { pressure: Load { force, torque }, shear }
     };
     Ok(forces.sum_for_all(&domain.session, &cut.reach, messages, own)?)
@@ -140,14 +140,14 @@ pub fn pressure_torque<const D: usize>(
 pub fn shear_force<const D: usize>(
     cut: &CutBodies<D>,
     domain: &Domain<D>,
-    bodies: &[Body],
+    velocities: impl Velocities,
     k: usize,
     u: &VectorField<D>,
 ) -> Load {
     let cut = &cut.bodies[k];
     let grid = &domain.grid;
     let viscosity = domain.fluid.viscosity;
-    Arch::new().dispatch(WallShear { cut, bodies, k, grid, u, viscosity })
+    Arch::new().dispatch(WallShear { cut, velocities, k, grid, u, viscosity })
 }
 
 /// This rank's part of the momentum (kg m/s) and angular momentum (kg m2/s) inside the body
@@ -171,23 +171,23 @@ fn inside<const D: usize>(
 }
 
 /// Force and torque on a body by the shear of a velocity, ghosts filled.
-struct WallShear<'a, const D: usize> {
+struct WallShear<'a, V: Velocities, const D: usize> {
     cut: &'a CutBody<D>,
-    bodies: &'a [Body],
+    velocities: V,
     k: usize,
     grid: &'a Grid<D>,
     u: &'a VectorField<D>,
     viscosity: f64,
 }
 
-impl<const D: usize> WithSimd for WallShear<'_, D> {
+impl<V: Velocities, const D: usize> WithSimd for WallShear<'_, V, D> {
     type Output = Load;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let WallShear { cut, bodies, k, grid, u, viscosity } = self;
+        let WallShear { cut, velocities, k, grid, u, viscosity } = self;
         let mut load = Load::default();
-        let flow = Flow { grid, u, bodies, k };
+        let flow = Flow { grid, u, velocities, k };
         cut.stencils.values(
             simd,
             &cut.surface.points,

@@ -106,7 +106,7 @@ use crate::grid::VectorField;
 use crate::kernels::boundary::Sides;
 use crate::kernels::faces::{self, FaceCoefficient};
 use crate::numerics::IMAGE_POINT;
-use crate::particles::Body;
+use crate::particles::{Body, RigidVelocity, velocities};
 use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
@@ -340,7 +340,7 @@ impl<const D: usize> Sharp<D> {
         u: &mut VectorField<D>,
     ) -> Result<()> {
         domain.boundaries.fill_velocity(u)?;
-        self.cut.set_ghost_cells(domain, bodies, false, None, u);
+        self.cut.set_ghost_cells(domain, velocities(bodies), false, None, u);
         domain.boundaries.fill_velocity(u)
     }
 
@@ -367,13 +367,13 @@ impl<const D: usize> Sharp<D> {
             if moves {
                 // The drive has not accelerated the fluid of this step yet, nor the bodies beside
                 // it.
-                for body in &mut s.bodies {
-                    body.velocity -= dt * self.acceleration.driven(body);
-                }
-                self.cut.set_ghost_cells(domain, &s.bodies, true, None, stage);
-                for (body, motion) in s.bodies.iter_mut().zip(&self.rigid.motions) {
-                    body.velocity = motion.expected.velocity;
-                }
+                let acceleration = &self.acceleration;
+                let undriven = |k: usize| {
+                    let body = &s.bodies[k];
+                    let velocity = body.velocity - dt * acceleration.driven(body);
+                    RigidVelocity { velocity, spin: body.spin }
+                };
+                self.cut.set_ghost_cells(domain, undriven, true, None, stage);
             }
             // Faces have yet to see what ghost cells changed after the projection.
             for BeforeForcing { cell, velocity } in &surfaces.before_forcing {
@@ -416,16 +416,17 @@ impl<const D: usize> Sharp<D> {
                 exchanged[k].add(arm, &(dt * force));
             })?;
         }
-        self.cut.find_cubic(domain, &s.bodies, &s.u);
+        self.cut.find_cubic(domain, velocities(&s.bodies), &s.u);
         let Sharp { mixture, prediction, cut, acceleration, rigid, .. } = self;
         if prediction.is_long(domain, dt) {
-            cut.find_targets(domain, &s.bodies, true, &s.u);
+            cut.find_targets(domain, velocities(&s.bodies), true, &s.u);
             cut.find_offsets(&s.u);
         }
         let mut walls = Surfaces { cut, exchanged: &mut rigid.exchanged };
         let sides = prediction.predict(domain, s, mixture, &acceleration.faces, dt, &mut walls)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
-        cut.set_ghost_cells(domain, &s.bodies, true, Some(&mut rigid.exchanged), &mut s.u);
+        let now = velocities(&s.bodies);
+        cut.set_ghost_cells(domain, now, true, Some(&mut rigid.exchanged), &mut s.u);
         domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(sides)
@@ -484,7 +485,8 @@ impl<const D: usize> Sharp<D> {
         domain.boundaries.fill_velocity(&mut s.u)?;
         let before_forcing = &mut history(&mut s.surfaces)?.before_forcing;
         cut.take_before_forcing(&s.u, before_forcing);
-        cut.set_ghost_cells(domain, &s.bodies, false, Some(&mut rigid.exchanged), &mut s.u);
+        let now = velocities(&s.bodies);
+        cut.set_ghost_cells(domain, now, false, Some(&mut rigid.exchanged), &mut s.u);
         domain.boundaries.fill_imposed(&mut s.u)?;
         domain.clock.lap(Stage::Mixing);
         Ok(())

@@ -25,8 +25,8 @@
 //! has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn
 //! where Legendre stages bear none that do.
 //!
-//! The values of stencils of a velocity field are found many at a time, so that no step waits for the
-//! one before it at the same point:
+//! The values of stencils of a velocity field are found many at a time, so that no step waits for
+//! the one before it at the same point:
 //!
 //! ```text
 //!   the cells and weights of all image points  ->  the velocities there  ->  the sums of each
@@ -38,7 +38,7 @@ use super::normal::{Line, Normal};
 use super::profile;
 use crate::grid::{Grid, VectorField};
 use crate::numerics::{BLENDING_WIDTH, IMAGE_POINT, SLOPE_IMAGE_POINT};
-use crate::particles::Body;
+use crate::particles::{RigidVelocity, Velocities};
 use nalgebra::Vector3;
 use pulp::Simd;
 
@@ -127,12 +127,12 @@ pub struct Stencils<const D: usize> {
 
 /// Where a body reads.
 #[derive(Clone, Copy)]
-pub struct Flow<'a, const D: usize> {
+pub struct Flow<'a, V: Velocities, const D: usize> {
     /// The grid, and the velocity of its cells (m/s), ghosts filled.
     pub grid: &'a Grid<D>,
     pub u: &'a VectorField<D>,
-    /// All bodies, and which it is.
-    pub bodies: &'a [Body],
+    /// The velocities of all bodies, and which it is.
+    pub velocities: V,
     pub k: usize,
 }
 
@@ -303,7 +303,7 @@ impl<const D: usize> Stencils<D> {
         &self,
         simd: S,
         readings: &[Reading],
-        flow: &Flow<D>,
+        flow: &Flow<impl Velocities, D>,
         limit: Option<(f64, f64)>,
         mut take: impl FnMut(&Reading, Vector3<f64>),
     ) {
@@ -331,7 +331,7 @@ impl<const D: usize> Stencils<D> {
     }
 
     /// The value of one.
-    pub fn value(&self, reading: &Reading, flow: &Flow<D>) -> Vector3<f64> {
+    pub fn value(&self, reading: &Reading, flow: &Flow<impl Velocities, D>) -> Vector3<f64> {
         let one = std::slice::from_ref(reading);
         let mut value = Vector3::zeros();
         self.values(pulp::Scalar::new(), one, flow, None, |_, found| value = found);
@@ -344,10 +344,10 @@ impl<const D: usize> Stencils<D> {
         &self,
         Reading { arm, stencil, .. }: &Reading,
         seen: &[[f64; D]],
-        Flow { bodies, k, .. }: &Flow<D>,
+        Flow { velocities, k, .. }: &Flow<impl Velocities, D>,
         limit: Option<(f64, f64)>,
     ) -> Vector3<f64> {
-        let (rest, turning) = self.rigid(stencil, arm, &bodies[*k]);
+        let (rest, turning) = self.rigid(stencil, arm, &velocities(*k));
         let mut sum = Vector3::zeros();
         let mut first = None;
         for (image_point, seen) in self.image_points_of(stencil).iter().zip(seen) {
@@ -366,13 +366,17 @@ impl<const D: usize> Stencils<D> {
             }
         }
         let Some(across) = self.across.get(stencil.across as usize) else { return sum };
-        let there = across.other.velocity(bodies);
+        let there = across.other.velocity(*velocities);
         there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * turning)))
     }
 
     /// The largest speed at the image points of a reading, relative to the body (m/s).
-    pub fn fastest(&self, Reading { arm, stencil, .. }: &Reading, flow: &Flow<D>) -> f64 {
-        let (rest, turning) = self.rigid(stencil, arm, &flow.bodies[flow.k]);
+    pub fn fastest(
+        &self,
+        Reading { arm, stencil, .. }: &Reading,
+        flow: &Flow<impl Velocities, D>,
+    ) -> f64 {
+        let (rest, turning) = self.rigid(stencil, arm, &(flow.velocities)(flow.k));
         let ray = self.ray(stencil, arm);
         let speed = |image_point: &ImagePoint| {
             let place = ray.place(image_point.out);
@@ -407,9 +411,9 @@ impl<const D: usize> Stencils<D> {
         &self,
         stencil: &Stencil,
         arm: &Vector3<f64>,
-        body: &Body,
+        body: &RigidVelocity,
     ) -> (Vector3<f64>, Vector3<f64>) {
-        let Body { velocity, spin, .. } = body;
+        let RigidVelocity { velocity, spin } = body;
         match self.lines.get(stencil.line as usize) {
             None => (*velocity, spin.cross(arm)),
             Some(line) => (velocity + spin.cross(&line.from), spin.cross(&line.along)),

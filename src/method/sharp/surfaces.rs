@@ -7,6 +7,7 @@ use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::method::prediction::{Walls, Within};
+use crate::particles::velocities;
 use crate::state::State;
 
 /// The surfaces of bodies within the stages of a step. The bodies are at the step's end, and a
@@ -36,7 +37,7 @@ impl<const D: usize> Walls<D> for Surfaces<'_, D> {
                 super::acceleration::add_cut_cells(cut, domain, part * dt, None, u);
                 if part == 1.0 {
                     domain.boundaries.fill_velocity(u)?;
-                    cut.set_ghost_cells(domain, &s.bodies, true, None, u);
+                    cut.set_ghost_cells(domain, velocities(&s.bodies), true, None, u);
                 } else {
                     cut.set_ghost_cells_within(part, &s.u, u);
                 }
@@ -48,7 +49,7 @@ impl<const D: usize> Walls<D> for Surfaces<'_, D> {
                 super::acceleration::add_cut_cells(cut, domain, stage.part() * dt, None, u);
                 if stage.weight != 0.0 {
                     domain.boundaries.fill_velocity(u)?;
-                    cut.find_targets(domain, &s.bodies, true, u);
+                    cut.find_targets(domain, velocities(&s.bodies), true, u);
                     cut.add_offsets(1.0 - stage.time);
                     cut.apply_targets(domain, true, Some((stage.remains, exchanged)), u);
                     domain.boundaries.fill_imposed(u)?;

@@ -183,7 +183,8 @@ impl SurfaceCells {
             let run = Some((face.mode, face.axis));
             if run_now != run {
                 self.forget_faces(of_run);
-                (run_now, of_run) = (run, self.faces.len());
+                run_now = run;
+                of_run = self.faces.len();
             }
             let conduct = face.conduct * f64::from(ratio);
             match self.found[place] {

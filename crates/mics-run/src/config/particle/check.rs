@@ -111,7 +111,7 @@ pub(in crate::config) fn particle(case: &Case, particle: &Particle, index: usize
     let dimension = case.dimension();
     let named = particle.name.as_deref() != Some("");
     ensure!(named, "name", "is empty: give the particle a name, or remove the key");
-    printable(&"name", particle.name.as_deref())?;
+    printable("name", particle.name.as_deref())?;
     let key_shape = format!("shape.{}", particle.shape.name());
     if particle.shape.is_round() {
         let fits = particle.shape.dimension() == dimension;
