@@ -9,7 +9,7 @@ use super::axis::Axis;
 use super::canvas::{self, INK, LARGE, Pixel, SCALE, Sheet, THIN};
 use super::frame::{BELOW, Frame};
 use super::paint::{self, Palette};
-use super::trace::{Point, sample};
+use super::trace::speed;
 use super::{Plane, Scale};
 use mics_run::Result;
 
@@ -63,10 +63,9 @@ fn draw_streamlines(plane: &Plane, stem: &Path) -> Result<(Sheet, Pixel)> {
     let range =
         plane.style.range.unwrap_or_else(|| [0.0, paint::speed_limit(std::slice::from_ref(plane))]);
     let field = Field::new(plane, Palette::sequential(range), "speed (m/s)", &plane.title);
-    let speed = |at: Point| sample(plane, &plane.u, at).hypot(sample(plane, &plane.v, at));
     let mut sheet = Sheet::default();
     paint::streamlines(&mut sheet, &field.plot, plane, SEPARATION, |at| {
-        field.palette.colour(speed(at))
+        field.palette.colour(speed(plane, at))
     });
     Ok(field.finish(sheet))
 }

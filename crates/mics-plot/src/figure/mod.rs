@@ -36,10 +36,8 @@ pub struct Plane {
     pub size: [f64; 2],
     /// What the axes say at the lower left corner.
     pub corner: [f64; 2],
-    /// Velocity along the first axis at cell centres.
-    pub u: Vec<f64>,
-    /// Velocity along the second axis at cell centres.
-    pub v: Vec<f64>,
+    /// Velocity along the two axes at cell centres.
+    pub velocity: [Vec<f64>; 2],
     /// What is shown in colours at cell centres; not a number where there is none.
     pub values: Vec<f64>,
     /// What the values are.
@@ -103,7 +101,8 @@ impl Plane {
             rows.clone().flat_map(row).collect()
         };
         let cells = [columns.len(), rows.len()];
-        Plane { cells, u: of(&self.u), v: of(&self.v), values: of(&self.values), ..self.clone() }
+        let velocity = self.velocity.each_ref().map(|part| of(part));
+        Plane { cells, velocity, values: of(&self.values), ..self.clone() }
     }
 }
 

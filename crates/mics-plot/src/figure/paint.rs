@@ -109,7 +109,7 @@ pub fn axis(plane: &Plane, axis: usize, count: i32) -> Axis {
 /// Refuses a plane whose values do not fill its cells; the message names the figure.
 pub fn check(plane: &Plane, stem: &Path) -> Result<()> {
     let count = plane.cells[0] * plane.cells[1];
-    let filled = [&plane.u, &plane.v, &plane.values].iter().all(|values| values.len() == count);
+    let filled = plane.velocity.iter().chain([&plane.values]).all(|values| values.len() == count);
     let sized = plane.size.iter().all(|size| *size > 0.0 && size.is_finite());
     if count > 0 && filled && sized {
         return Ok(());

@@ -13,7 +13,7 @@ use super::contour::{contours, outside};
 use super::field::{bars, draw_bars, side_by_side};
 use super::frame::{BELOW, Frame};
 use super::paint::{self, Palette};
-use super::trace::{Point, sample};
+use super::trace::{Point, speed};
 use super::{Plane, Quantity, Scale, Style, shared_range};
 use mics_run::{Error, Result};
 
@@ -113,8 +113,9 @@ pub fn streamlines_strip(panels: &[Plane], title: &str, stem: &Path) -> Result<[
     let title = format!("{title}: streamlines");
     let (size, _) =
         strip.draw(&mut sheet, &title, &palette, "speed (m/s)", |sheet, plot, plane| {
-            let speed = |at: Point| sample(plane, &plane.u, at).hypot(sample(plane, &plane.v, at));
-            paint::streamlines(sheet, plot, plane, SEPARATION, |at| palette.colour(speed(at)));
+            paint::streamlines(sheet, plot, plane, SEPARATION, |at| {
+                palette.colour(speed(plane, at))
+            });
         });
     sheet.write(size, stem)
 }

@@ -26,8 +26,8 @@ fn flow_past_a_disc(cells: [usize; 2], size: [f64; 2]) -> Plane {
         let y = centre(k / cells[0], 1) - disc.centre[1];
         let square = x * x + y * y;
         let part = disc.radius.powi(2) / (x * x + y * y).max(1e-12);
-        plane.u.push(1.0 - part * (x * x - y * y) / square.max(1e-12));
-        plane.v.push(-2.0 * part * x * y / square.max(1e-12));
+        plane.velocity[0].push(1.0 - part * (x * x - y * y) / square.max(1e-12));
+        plane.velocity[1].push(-2.0 * part * x * y / square.max(1e-12));
         plane.values.push(y * (-square / 0.1).exp());
     }
     plane
@@ -79,14 +79,14 @@ fn field_figure_as_png_and_svg_with_embedded_image() {
 fn constant_and_empty_fields_are_drawn() {
     let good = flow_past_a_disc([24, 12], [2.0, 1.0]);
     for value in [0.0, f64::NAN, f64::INFINITY] {
-        let values = vec![value; good.u.len()];
-        let plane = Plane { u: values.clone(), v: values.clone(), values, ..good.clone() };
+        let values = vec![value; good.values.len()];
+        let plane = Plane { velocity: [values.clone(), values.clone()], values, ..good.clone() };
         assert!(trace::streamlines(&plane, 0.1).is_empty());
         written(|stem| vorticity(&plane, stem));
         written(|stem| streamlines(&plane, stem));
     }
     let mut holed = good.clone();
-    holed.u.iter_mut().step_by(7).for_each(|u| *u = f64::NAN);
+    holed.velocity[0].iter_mut().step_by(7).for_each(|u| *u = f64::NAN);
     written(|stem| vorticity(&holed, stem));
     for cells in [[24, 1], [1, 24], [1, 1]] {
         let plane = flow_past_a_disc(cells, cells.map(|count| count as f64));
@@ -138,8 +138,8 @@ fn streamlines_of_vortex_are_closed() {
     let mut plane = flow_past_a_disc([64, 64], [1.0, 1.0]);
     plane.discs.clear();
     for k in 0..64 * 64 {
-        plane.u[k] = 31.5 - (k / 64) as f64;
-        plane.v[k] = (k % 64) as f64 - 31.5;
+        plane.velocity[0][k] = 31.5 - (k / 64) as f64;
+        plane.velocity[1][k] = (k % 64) as f64 - 31.5;
     }
     let lines = trace::streamlines(&plane, 0.05);
     assert!(lines.iter().filter(|line| line.first() == line.last()).count() > 5);

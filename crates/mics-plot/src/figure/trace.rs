@@ -21,6 +21,17 @@ pub const HOPS: usize = 6;
 /// is noise.
 const STAGNANT: f64 = 1e-3;
 
+/// The velocity at a point.
+fn velocity(plane: &Plane, at: Point) -> [f64; 2] {
+    plane.velocity.each_ref().map(|values| sample(plane, values, at))
+}
+
+/// The speed at a point.
+pub fn speed(plane: &Plane, at: Point) -> f64 {
+    let [u, v] = velocity(plane, at);
+    u.hypot(v)
+}
+
 /// Bilinear value at a point of a cell-centred quantity, constant outside the outermost centres.
 pub fn sample(plane: &Plane, values: &[f64], at: Point) -> f64 {
     let [(i, next_i, s), (j, next_j, t)] = [0, 1].map(|axis| {
@@ -43,7 +54,8 @@ pub fn fastest(plane: &Plane) -> f64 {
         [(cell % plane.cells[0]) as f64 * h + 0.5 * h, (cell / plane.cells[0]) as f64 * k + 0.5 * k]
     };
     let outside = |cell: usize| plane.discs.iter().all(|disc| !disc.covers(centre(cell)));
-    let speeds = plane.u.iter().zip(&plane.v).map(|(u, v)| u.hypot(*v)).enumerate();
+    let speeds =
+        plane.velocity[0].iter().zip(&plane.velocity[1]).map(|(u, v)| u.hypot(*v)).enumerate();
     // Few are faster than all before them, and only those are looked up.
     speeds.fold(
         0.0,
@@ -194,7 +206,7 @@ impl<'a> Tracer<'a> {
     }
 
     fn direction(&self, at: Point) -> Option<Point> {
-        let [u, v] = [&self.plane.u, &self.plane.v].map(|values| sample(self.plane, values, at));
+        let [u, v] = velocity(self.plane, at);
         let speed = u.hypot(v);
         (speed > self.slow && speed.is_finite()).then(|| [u / speed, v / speed])
     }

@@ -225,8 +225,7 @@ pub fn plane(
     Ok(Plane {
         cells,
         size,
-        u: component("velocity", axes[0])?,
-        v: component("velocity", axes[1])?,
+        velocity: [component("velocity", axes[0])?, component("velocity", axes[1])?],
         values,
         quantity: look.quantity,
         corner: [0.0; 2],
@@ -293,8 +292,7 @@ pub fn cut(plane: Plane, window: [f64; 4]) -> Result<Plane> {
         |d: &Disc| (0..2).all(|k| d.centre[k] > -d.radius && d.centre[k] < size[k] + d.radius);
     Ok(Plane {
         cells: [columns.len(), rows.len()],
-        u: part(&plane.u),
-        v: part(&plane.v),
+        velocity: plane.velocity.each_ref().map(|own| part(own)),
         values: part(&plane.values),
         discs: plane.discs.iter().map(moved).filter(reaches).collect(),
         size,
@@ -314,8 +312,7 @@ mod tests {
         let plane = Plane {
             cells: [4, 3],
             size: [4.0, 3.0],
-            u: values.clone(),
-            v: values.clone(),
+            velocity: [values.clone(), values.clone()],
             values,
             discs: vec![disc(0.3, 0.3), disc(2.2, 1.2)],
             ..Plane::default()
