@@ -1,4 +1,5 @@
-//! The house: which crate knows which, and that modules use each other in one direction.
+//! The house: which crate knows which, that modules use each other in one direction, and what types
+//! and functions look like.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -183,40 +184,6 @@ fn dependency_cycle_is_found_in_use_lists_and_paths() {
     assert_eq!(of(&[("a", "b"), ("b", "c"), ("c", "b")]).len(), 3);
 }
 
-/// Most lines of a file, and of a function.
-const FILE_LINES: usize = 450;
-const FUNCTION_LINES: usize = 60;
-
-/// The name of the function that a line begins, if it begins one.
-fn function(line: &str) -> Option<&str> {
-    let (before, after) = line.split_once("fn ")?;
-    let qualified = before.split_whitespace().all(|word| {
-        ["const", "unsafe", "extern", "\"C\"", "async"].contains(&word) || word.starts_with("pub")
-    });
-    let name = after.split(|c: char| !c.is_alphanumeric() && c != '_').next()?;
-    (qualified && !name.is_empty()).then_some(name)
-}
-
-/// The functions of a source, which is formatted, with their lines: from the one with its name to
-/// the brace in the same column.
-fn functions(text: &str) -> Vec<(&str, usize)> {
-    let lines: Vec<&str> = text.lines().collect();
-    let length = |first: usize| {
-        let indent = lines[first].len() - lines[first].trim_start().len();
-        let ends = |line: &&str| line.len() - line.trim_start().len() == indent;
-        let closes = |line: &str| line.trim_start().starts_with('}') || line.ends_with(';');
-        match lines[first].ends_with(['}', ';']) {
-            true => 1,
-            false => {
-                let rest = lines[first + 1..].iter();
-                2 + rest.take_while(|line| !(ends(line) && closes(line))).count()
-            }
-        }
-    };
-    let found = lines.iter().enumerate().filter_map(|(k, line)| Some((function(line)?, length(k))));
-    found.collect()
-}
-
 /// All files of Rust in a folder.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -224,24 +191,206 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     entries.flat_map(of).filter(|path| path.extension().is_some_and(|e| e == "rs")).collect()
 }
 
+/// A source without comments and without what its texts and characters hold.
+fn plain(source: &str) -> String {
+    let mut plain = String::new();
+    let mut rest = source;
+    while let Some(c) = rest.chars().next() {
+        let in_word = plain.ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        let hashes = rest.len() - 1 - rest[c.len_utf8()..].trim_start_matches('#').len();
+        let raw = c == 'r' && !in_word && rest[1 + hashes..].starts_with('"');
+        let length = if rest.starts_with("//") {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if raw {
+            let begin = hashes + 2;
+            let end = format!("\"{}", "#".repeat(hashes));
+            begin + rest[begin..].find(&end).unwrap() + end.len()
+        } else if c == '"' {
+            let mut escaped = false;
+            let ends = |c: char| {
+                let ends = c == '"' && !escaped;
+                escaped = c == '\\' && !escaped;
+                ends
+            };
+            2 + rest[1..].find(ends).unwrap()
+        } else if rest.starts_with("'\\") {
+            4 + rest[3..].find('\'').unwrap()
+        } else if c == '\'' && rest.chars().nth(2) == Some('\'') {
+            2 + rest.chars().nth(1).map_or(0, char::len_utf8)
+        } else {
+            plain.push(c);
+            c.len_utf8()
+        };
+        rest = &rest[length..];
+    }
+    plain
+}
+
+/// What stands between the bracket that a plain source begins with and the one that closes it, and
+/// what follows.
+fn within(source: &str) -> Option<(&str, &str)> {
+    let mut depth = 0;
+    let closes = |c: char| {
+        depth += i32::from("([{".contains(c)) - i32::from(")]}".contains(c));
+        depth == 0
+    };
+    let end = source.find(closes)?;
+    Some((source.get(1..end)?, &source[end + 1..]))
+}
+
+/// The parts of a list of fields, parameters or values between its commas.
+fn parts(list: &str) -> Vec<&str> {
+    let mut depth = 0;
+    let mut before = ' ';
+    let between = |c: char| {
+        // After a space they compare or shift, and an arrow is no bracket either.
+        let none = "<>".contains(c) && " -=".contains(before);
+        if !none {
+            depth += i32::from("([{<".contains(c)) - i32::from(")]}>".contains(c));
+        }
+        before = if none { ' ' } else { c };
+        c == ',' && depth == 0
+    };
+    list.split(between).map(str::trim).filter(|part| !part.is_empty()).collect()
+}
+
+/// A plain source past the parameters in `<` and `>` that it may begin with.
+fn past_generics(source: &str) -> &str {
+    let mut depth = 0;
+    let mut before = ' ';
+    let ends = |c: char| {
+        depth += i32::from(c == '<') - i32::from(c == '>' && before != '-');
+        before = c;
+        depth == 0
+    };
+    if source.starts_with('<') { &source[source.find(ends).unwrap() + 1..] } else { source }
+}
+
+/// The names after a keyword in a plain source, and what follows each.
+fn named<'a>(source: &'a str, keyword: &str) -> Vec<(&'a str, &'a str)> {
+    let word = |c: char| c.is_alphanumeric() || c == '_';
+    let all = source.match_indices(keyword).filter(|(at, _)| !source[..*at].ends_with(word));
+    let split = |(at, _): (usize, &str)| {
+        let rest = source[at + keyword.len()..].strip_prefix(' ')?;
+        let end = rest.find(|c| !word(c)).unwrap_or(rest.len());
+        (end > 0).then(|| rest.split_at(end))
+    };
+    all.filter_map(split).collect()
+}
+
+/// The structs of a plain source with how many fields each has.
+fn fields(source: &str) -> Vec<(&str, usize)> {
+    let count = |(name, rest)| {
+        let rest = past_generics(rest);
+        let begin = rest.find(['{', '(', ';'])?;
+        let (fields, _) = within(&rest[begin..]).filter(|_| rest[begin..].starts_with('{'))?;
+        Some((name, parts(fields).len()))
+    };
+    named(source, "struct").into_iter().filter_map(count).collect()
+}
+
+/// The types of other files that a plain source has methods of, those of traits aside.
+fn guests(source: &str) -> Vec<&str> {
+    let types = ["struct", "enum", "union", "trait"].iter().flat_map(|kind| named(source, kind));
+    let own: BTreeSet<&str> = types.map(|(name, _)| name).collect();
+    let of = |(at, keyword): (usize, &str)| {
+        let head = past_generics(&source[at + keyword.len()..]).split('{').next()?;
+        let name = head.trim_start().trim_start_matches("dyn ");
+        let name = name.split(|c: char| !c.is_alphanumeric() && c != '_').next()?;
+        (!head.contains(" for ") && !own.contains(name)).then_some(name)
+    };
+    source.match_indices("\nimpl").filter_map(of).collect()
+}
+
+/// The lists of names of a plain source that are bound to a list of values at once, as in
+/// `(a, b) = (x, y);`, those that are swapped aside.
+fn bound_together(source: &str) -> Vec<&str> {
+    let together = |(at, _): (usize, &str)| {
+        let line = source[at..].trim_start();
+        let line = line.strip_prefix("let ").unwrap_or(line);
+        let (names, rest) = within(line).filter(|_| line.starts_with('('))?;
+        let (types, values) = rest.split_once('=')?;
+        let plain = types.trim().is_empty() || types.starts_with(':') && !types.contains(';');
+        let values = values.trim_start();
+        let (values, end) = within(values).filter(|_| plain && values.starts_with('('))?;
+        let [mut old, mut new] = [names, values].map(parts);
+        old.sort_unstable();
+        new.sort_unstable();
+        (end.starts_with(';') && new.len() > 1 && old != new).then_some(names)
+    };
+    source.match_indices('\n').filter_map(together).collect()
+}
+
+/// The functions of a plain source with a parameter that is taken apart, as in
+/// `fn f((a, b): (A, B))`.
+fn taking_apart(source: &str) -> Vec<&str> {
+    let tuple = |part: &&str| part.trim_start_matches('&').starts_with('(');
+    let takes =
+        |rest| within(past_generics(rest)).is_some_and(|(all, _)| parts(all).iter().any(tuple));
+    named(source, "fn").into_iter().filter(|(_, rest)| takes(rest)).map(|(name, _)| name).collect()
+}
+
+/// The sources of the program.
+fn program() -> Vec<PathBuf> {
+    ["src", "crates"].iter().flat_map(|folder| sources(&top().join(folder))).collect()
+}
+
+/// Most fields of a type, and those that have more.
+const FIELDS: usize = 12;
+const MANY_FIELDS: [(&str, &str); 5] = [
+    ("Case", "a key of a case's file each"),
+    ("Measure", "a key of a measure's table each"),
+    ("State", "all that lasts from step to step, as a checkpoint has it"),
+    ("Study", "a key of a study's file each"),
+    ("Swarm", "a key of a swarm's table each"),
+];
+
 #[test]
-fn files_and_functions_within_length_limits() {
-    let (mut files, mut long) = (BTreeSet::new(), BTreeSet::new());
-    for folder in ["src", "crates", "sys", "tests", "benches", "examples"] {
-        for path in sources(&top().join(folder)) {
-            let text = fs::read_to_string(&path).unwrap();
+fn types_have_twelve_fields_at_most() {
+    let mut many = BTreeSet::new();
+    for path in program() {
+        let source = plain(&fs::read_to_string(&path).unwrap());
+        let over = fields(&source).into_iter().filter(|(_, count)| *count > FIELDS);
+        many.extend(over.map(|(name, _)| name.to_owned()));
+    }
+    assert_eq!(many, BTreeSet::from(MANY_FIELDS.map(|(name, _)| name.to_owned())));
+}
+
+/// The files that have methods of types of other files.
+const WITH_GUESTS: [(&str, &str); 5] = [
+    ("crates/mics-run/src/config/describe.rs", "all words of `mics check` on tables, in one style"),
+    ("src/method/mics2003/force.rs", "an equation of the paper"),
+    ("src/method/mics2003/impose.rs", "an equation of the paper"),
+    ("src/method/mics2003/motion.rs", "an equation of the paper"),
+    ("src/method/mics2003/properties.rs", "an equation of the paper"),
+];
+
+#[test]
+fn methods_stand_in_the_file_of_their_type() {
+    let mut with_guests = BTreeMap::new();
+    for path in ["src", "crates"].iter().flat_map(|folder| files(&top().join(folder))) {
+        let source = plain(&code(&path));
+        let guests: Vec<_> = guests(&source).into_iter().map(str::to_owned).collect();
+        if !guests.is_empty() {
             let name = path.strip_prefix(top()).unwrap().to_str().unwrap().to_owned();
-            if text.lines().count() > FILE_LINES {
-                files.insert(name.clone());
-            }
-            if ["src", "crates", "sys"].contains(&folder) {
-                let over = functions(&text).into_iter().filter(|(_, n)| *n > FUNCTION_LINES);
-                long.extend(over.map(|(function, _)| format!("{name}: {function}")));
-            }
+            with_guests.insert(name, guests);
         }
     }
-    assert!(files.is_empty(), "over {FILE_LINES} lines: {files:?}");
-    assert!(long.is_empty(), "over {FUNCTION_LINES} lines: {long:?}");
+    let expected = BTreeSet::from(WITH_GUESTS.map(|(name, _)| name.to_owned()));
+    let found: BTreeSet<_> = with_guests.keys().cloned().collect();
+    assert_eq!(found, expected, "{with_guests:#?}");
+}
+
+#[test]
+fn values_are_bound_one_by_one() {
+    let mut found = Vec::new();
+    for path in program() {
+        let source = plain(&fs::read_to_string(&path).unwrap());
+        let name = path.strip_prefix(top()).unwrap().display();
+        found.extend(bound_together(&source).iter().map(|names| format!("{name}: ({names})")));
+        found.extend(taking_apart(&source).iter().map(|function| format!("{name}: {function}")));
+    }
+    assert!(found.is_empty(), "{found:#?}");
 }
 
 /// Seconds are the machine's and its other users': tests wait for what happens, for five minutes at
@@ -268,8 +417,19 @@ fn no_file_at_the_top_is_empty() {
 }
 
 #[test]
-fn function_length_from_name_to_closing_brace() {
-    let text = "impl A {\n    pub(crate) const fn short() {}\n    fn long(\n        a: u8,\n\
-        \x20   ) {\n\n        a;\n    }\n}\n/// fn of words\nunsafe extern \"C\" fn one(\n);\n";
-    assert_eq!(functions(text), [("short", 1), ("long", 6), ("one", 2)]);
+fn sources_are_read_past_texts_and_brackets() {
+    let source = "a('\\'', b\"(\\\"\", r#\"\"(\"#, 'x', &'a y) // (\n;";
+    assert_eq!(plain(source), "a(, b, , , &'a y) \n;");
+    assert_eq!(within("(a[0], {b}) = c"), Some(("a[0], {b}", " = c")));
+    assert_eq!(parts("a: B<C, D>, f: fn(E, F) -> G, #[h(i, j)] k: L,").len(), 3);
+    assert_eq!(parts("a < b, c >> 1, (d, e)"), ["a < b", "c >> 1", "(d, e)"]);
+    let types = "\nstruct A<F: Fn(B) -> C> {\n a: F,\n b: D<E, F>,\n}\nstruct G(H);\nstruct I;\n";
+    assert_eq!(fields(types), [("A", 2)]);
+    let methods = "\nimpl<F: Fn() -> B> A<F> {}\nimpl J {}\nimpl K for J {}\nimpl dyn L + '_ {}\n";
+    assert_eq!(guests(&(types.to_owned() + methods)), ["J", "L"]);
+    let bound = "\n let (a, b) = (x, y);\n (a, b) = (b, a);\n let (a, mut b): (A, B) =\n (x(1), y);\n\
+        \x20let (a, b) = f(x, y);\n (a.0, b) = (x, y);\n (a, b) == (x, y);\n";
+    assert_eq!(bound_together(bound), ["a, b", "a, mut b", "a.0, b"]);
+    let functions = "fn f<F: Fn(A, B)>((a, b): (A, B)) {}\nfn g(f: impl Fn((A, B)), [a, b]: C) {}";
+    assert_eq!(taking_apart(functions), ["f"]);
 }

@@ -254,6 +254,8 @@ pub fn width(text: &str, size: i32) -> i32 {
 }
 
 /// The outline of a rectangle, closed.
-pub fn ring((x, y): Pixel, (width, height): Pixel) -> Vec<Pixel> {
+pub fn ring(corner: Pixel, extent: Pixel) -> Vec<Pixel> {
+    let (x, y) = corner;
+    let (width, height) = extent;
     vec![(x, y), (x + width, y), (x + width, y + height), (x, y + height), (x, y)]
 }

@@ -75,7 +75,8 @@ impl Nodes<'_> {
         [along(i, 0), along(j, 1)]
     }
 
-    fn crossing(&self, (i, j, axis): Side, level: f64) -> Point {
+    fn crossing(&self, side: Side, level: f64) -> Point {
+        let (i, j, axis) = side;
         let next_i = i + 1 - axis;
         let next_j = j + axis;
         let a = self.value(i, j);

@@ -94,7 +94,8 @@ fn good(point: &(f64, f64)) -> bool {
 }
 
 /// All points of a plot that can be placed.
-fn placed((axes, series): Panel) -> Vec<(f64, f64)> {
+fn placed(panel: Panel) -> Vec<(f64, f64)> {
+    let (axes, series) = panel;
     series
         .iter()
         .flat_map(|series| &series.points)
@@ -193,7 +194,8 @@ fn draw(panels: &[Panel], beside: bool) -> (Sheet, Pixel) {
 }
 
 /// Draws a plot with its legend into its frame; returns how far to the right it reaches.
-fn plot(sheet: &mut Sheet, (axes, series): Panel, frame: &Frame) -> i32 {
+fn plot(sheet: &mut Sheet, panel: Panel, frame: &Frame) -> i32 {
+    let (axes, series) = panel;
     frame.grid(sheet);
     let top = frame.corner.1;
     let bottom = frame.corner.1 + frame.extent.1;
@@ -343,10 +345,11 @@ type Entry<'a> = (&'a str, SeriesStyle, usize);
 fn legend(
     sheet: &mut Sheet,
     entries: &[Entry],
-    (left, top): Pixel,
+    corner: Pixel,
     extent: Pixel,
     drawn: &[Pixel],
 ) -> i32 {
+    let (left, top) = corner;
     let right = left + extent.0 + MARGIN;
     let widths = entries.iter().map(|(label, ..)| canvas::width(label, SMALL));
     let Some(widest) = widths.max() else { return right };
