@@ -74,7 +74,6 @@ mod coupled;
 pub mod cut;
 mod cut_body;
 mod cut_cells;
-mod exchanged;
 mod face_correction;
 mod gap;
 mod image_point;
