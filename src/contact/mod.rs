@@ -60,6 +60,7 @@ mod wall;
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
+pub use crate::particles::Impulse;
 use crate::particles::{Accelerations, Body, Inertia, RigidVelocity};
 use body::ContactBody;
 use cluster::Clusters;
@@ -86,15 +87,6 @@ pub enum Substeps {
     Auto,
     /// So many.
     Fixed(usize),
-}
-
-/// Impulses that contacts gave to a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Impulse {
-    /// Momentum (N s; per metre of depth in 2D).
-    pub linear: Vector3<f64>,
-    /// Angular momentum about its centre (N m s).
-    pub angular: Vector3<f64>,
 }
 
 /// The springs of a contact between a body and an image of another one.
@@ -335,13 +327,6 @@ impl Contacts {
     fn layout<'a>(&'a self, bodies: &'a [Body]) -> Layout<'a> {
         let Contacts { setup, pairs, states, .. } = self;
         Layout { setup, regions: &pairs.regions, states, bodies }
-    }
-}
-
-impl std::ops::AddAssign for Impulse {
-    fn add_assign(&mut self, other: Impulse) {
-        self.linear += other.linear;
-        self.angular += other.angular;
     }
 }
 

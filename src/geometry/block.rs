@@ -62,6 +62,8 @@ impl<const D: usize> Block<D> {
         for (a, planes) in planes.iter_mut().enumerate() {
             planes.clear();
             if a < D {
+                // Of a body across a side of the box they are a part.
+                planes.reserve(2 * (last[a] - first[a]) + 4);
                 planes.extend((first[a]..=last[a] + 1).map(|n| place(a, n)));
             } else {
                 planes.extend([0.0; 2]);

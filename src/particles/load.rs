@@ -14,6 +14,31 @@ pub struct Load {
     pub torque: Vector3<f64>,
 }
 
+/// Momentum that something gives to a body, or to the fluid beside it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Impulse {
+    /// Momentum (N s; per metre of depth in 2D).
+    pub linear: Vector3<f64>,
+    /// Angular momentum about the body's centre (N m s).
+    pub angular: Vector3<f64>,
+}
+
+impl Impulse {
+    /// Adds momentum (N s) at an arm from the centre (m).
+    #[inline(always)]
+    pub fn add(&mut self, arm: &Vector3<f64>, momentum: &Vector3<f64>) {
+        self.linear += momentum;
+        self.angular += arm.cross(momentum);
+    }
+}
+
+impl std::ops::AddAssign for Impulse {
+    fn add_assign(&mut self, other: Impulse) {
+        self.linear += other.linear;
+        self.angular += other.angular;
+    }
+}
+
 /// The velocity of a rigid body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RigidVelocity {

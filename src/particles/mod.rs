@@ -12,5 +12,5 @@ mod neighbours;
 pub use body::{Accelerations, Body, Freedom, Motion, Oscillation, all_fixed, nearest_image};
 pub use gap::gap;
 pub use inertia::Inertia;
-pub use load::{Load, RigidVelocity, Velocities, velocities};
+pub use load::{Impulse, Load, RigidVelocity, Velocities, velocities};
 pub(crate) use neighbours::Neighbours;

@@ -10,11 +10,10 @@
 //! bodies of its density alike, so that they stay at rest relative to each other.
 
 use super::cut::CutBodies;
-use super::exchanged::ExchangedMomentum;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::{self, FaceCoefficient};
-use crate::particles::Body;
+use crate::particles::{Body, Impulse};
 use nalgebra::Vector3;
 
 /// Acceleration by one pressure.
@@ -98,7 +97,7 @@ pub fn add_cut_cells<const D: usize>(
     cut: &CutBodies<D>,
     domain: &Domain<D>,
     dt: f64,
-    mut exchanged: Option<&mut Vec<ExchangedMomentum>>,
+    mut exchanged: Option<&mut Vec<Impulse>>,
     u: &mut VectorField<D>,
 ) {
     let mass = domain.fluid.density * domain.grid.cell_volume();

@@ -2,7 +2,6 @@
 
 use super::apertures::CoveredTogether;
 use super::cut_body::{BEYOND, CutBody, GhostCell, GhostCells};
-use super::exchanged::ExchangedMomentum;
 use super::gap::{self, Profiles, Surroundings, smooth_step};
 use super::ghost_width;
 use super::local::LocalBodies;
@@ -16,7 +15,7 @@ use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::numerics::{CREEPING_LAYER, LARGEST_PROFILE, RESOLVED_LAYER};
-use crate::particles::{Body, Velocities, all_fixed, nearest_image};
+use crate::particles::{Body, Impulse, Velocities, all_fixed, nearest_image};
 use crate::reach::Reach;
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
@@ -229,7 +228,7 @@ impl<const D: usize> CutBodies<D> {
         domain: &Domain<D>,
         velocities: impl Velocities,
         cleared: bool,
-        exchanged: Option<&mut Vec<ExchangedMomentum>>,
+        exchanged: Option<&mut Vec<Impulse>>,
         u: &mut VectorField<D>,
     ) {
         self.find_targets(domain, velocities, cleared, u);
@@ -312,7 +311,7 @@ impl<const D: usize> CutBodies<D> {
         &self,
         domain: &Domain<D>,
         cleared: bool,
-        mut exchanged: Option<(f64, &mut Vec<ExchangedMomentum>)>,
+        mut exchanged: Option<(f64, &mut Vec<Impulse>)>,
         u: &mut VectorField<D>,
     ) {
         let mass = domain.fluid.density * domain.grid.cell_volume();

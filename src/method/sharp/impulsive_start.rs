@@ -14,7 +14,6 @@
 
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
-use super::exchanged::ExchangedMomentum;
 use super::history;
 use super::modes::Modes;
 use super::pressure_step::PressureStep;
@@ -23,7 +22,7 @@ use crate::Result;
 use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::faces;
-use crate::particles::{Load, velocities};
+use crate::particles::{Impulse, Load, velocities};
 use crate::state::{BeforeForcing, State};
 use nalgebra::{Matrix3, Vector3};
 
@@ -98,7 +97,7 @@ pub fn project<const D: usize>(
     // Outflows have no impulse, whatever comes in there.
     domain.boundaries.fill_increment(&mut s.p)?;
     acceleration.of_pressure(domain, cut, &s.bodies, &s.p, s.drive);
-    exchanged.fill(ExchangedMomentum::default());
+    exchanged.fill(Impulse::default());
     faces::add_to_cells(&domain.grid, 1.0, &acceleration.faces, &mut s.u);
     super::acceleration::add_cut_cells(cut, domain, 1.0, Some(exchanged), &mut s.u);
     domain.boundaries.fill_velocity(&mut s.u)?;

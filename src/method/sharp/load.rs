@@ -3,14 +3,13 @@
 
 use super::cut::CutBodies;
 use super::cut_body::CutBody;
-use super::exchanged::ExchangedMomentum;
 use super::stencil::Flow;
 use super::sums::{CellMomentum, Sums, SurfaceForces};
 use crate::Result;
 use crate::domain::Domain;
 use crate::grid::{Grid, VectorField};
 use crate::method::vector;
-use crate::particles::{Body, Load, Velocities, velocities};
+use crate::particles::{Body, Impulse, Load, Velocities, velocities};
 use crate::state::State;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
@@ -36,7 +35,7 @@ pub fn surface_forces<'a, const D: usize>(
 pub fn cell_momenta<'a, const D: usize>(
     domain: &Domain<D>,
     cut: &CutBodies<D>,
-    exchanged: &[ExchangedMomentum],
+    exchanged: &[Impulse],
     s: &State<D>,
     Sums { momenta, messages, .. }: &'a mut Sums,
 ) -> Result<&'a [CellMomentum]> {

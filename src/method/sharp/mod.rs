@@ -73,7 +73,6 @@ mod contact_correction;
 mod coupled;
 pub mod cut;
 mod cut_body;
-mod exchanged;
 mod face_correction;
 mod gap;
 mod image_point;

@@ -3,7 +3,6 @@
 
 use super::body_motion::{BodyMotion, ShearUnit, inertial_share};
 use super::cut::CutBodies;
-use super::exchanged::ExchangedMomentum;
 use super::gap::Shares;
 use super::load::{cell_momenta, surface_forces};
 use super::sums::{Sums, SurfaceForces};
@@ -33,7 +32,7 @@ pub struct RigidStep {
     /// nobody's force.
     keeps_momentum: bool,
     /// Momentum that the step gives to the cells of each body beside the flow.
-    pub exchanged: Vec<ExchangedMomentum>,
+    pub exchanged: Vec<Impulse>,
     /// Scratch of what ranks sum, of the correction of contacts, and of the accelerations that are
     /// frozen over the step.
     pub sums: Sums,
@@ -54,7 +53,7 @@ impl RigidStep {
             contacts,
             passed_on: Vector3::zeros(),
             keeps_momentum,
-            exchanged: vec![ExchangedMomentum::default(); n],
+            exchanged: vec![Impulse::default(); n],
             sums: Sums::with_capacity(n),
             correction: contact_correction::Work::new(n),
             accelerations: vec![Accelerations::default(); n],
@@ -293,7 +292,7 @@ impl RigidStep {
         cut: &CutBodies<D>,
         of: impl Fn(usize) -> bool,
     ) -> Result<()> {
-        self.exchanged.fill(ExchangedMomentum::default());
+        self.exchanged.fill(Impulse::default());
         let momenta = cell_momenta(domain, cut, &self.exchanged, s, &mut self.sums)?;
         let all = history(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(momenta);
         for ((history, body), momentum) in all.filter(|((_, body), _)| of(body.id)) {
@@ -316,7 +315,7 @@ impl RigidStep {
         let momenta = cell_momenta(domain, cut, &self.exchanged, s, &mut self.sums)?;
         let histories = &mut history(&mut s.surfaces)?.bodies;
         for (k, momentum) in momenta.iter().enumerate() {
-            let ExchangedMomentum { linear: given, angular: spun } = momentum.exchanged;
+            let Impulse { linear: given, angular: spun } = momentum.exchanged;
             let body = &s.bodies[k];
             let motion = &mut self.motions[k];
             let (inside, swirl) = momentum.whole(domain.fluid.density, body);

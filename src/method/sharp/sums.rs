@@ -1,7 +1,6 @@
 //! What ranks sum of each body in a step.
 
-use super::exchanged::ExchangedMomentum;
-use crate::particles::{Body, Load, RigidVelocity};
+use crate::particles::{Body, Impulse, Load, RigidVelocity};
 use crate::sums::{BodySums, Messages, Summed};
 use nalgebra::Vector3;
 
@@ -41,7 +40,7 @@ pub struct SurfaceForces {
 pub struct CellMomentum {
     /// Momentum that ghost cells and cut cells have given to the flow since the exchange was set to
     /// zero.
-    pub exchanged: ExchangedMomentum,
+    pub exchanged: Impulse,
     /// Inside the body, relative to its own motion.
     pub inside: Vector3<f64>,
     pub swirl: Vector3<f64>,

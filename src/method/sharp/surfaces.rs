@@ -1,13 +1,12 @@
 //! The surfaces of bodies within the stages of a step.
 
 use super::cut::CutBodies;
-use super::exchanged::ExchangedMomentum;
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::method::prediction::{Walls, Within};
-use crate::particles::velocities;
+use crate::particles::{Impulse, velocities};
 use crate::state::State;
 
 /// The surfaces of bodies within the stages of a step. The bodies are at the step's end, and a
@@ -17,7 +16,7 @@ pub struct Surfaces<'a, const D: usize> {
     /// The bodies as they cut the grid.
     pub cut: &'a mut CutBodies<D>,
     /// Momentum that the step gives to the cells of each.
-    pub exchanged: &'a mut Vec<ExchangedMomentum>,
+    pub exchanged: &'a mut Vec<Impulse>,
 }
 
 impl<const D: usize> Walls<D> for Surfaces<'_, D> {

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// One condition per face: west/east close x, south/north close y, bottom/top close z (3D only).
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
@@ -17,10 +18,8 @@ pub struct Boundary {
     /// High y.
     pub north: Side,
     /// Low z, 3D only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bottom: Option<Side>,
     /// High z, 3D only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub top: Option<Side>,
 }
 

@@ -22,6 +22,7 @@ const ROUGHNESS: f64 = 2e-4;
 
 /// Bodies that touch: springs with friction and loss, of all materials unless a `pair` says
 /// otherwise.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
@@ -31,7 +32,6 @@ pub struct Contact {
     pub normal_stiffness: Stiffness,
     /// Height of asperities (m), zero or positive: lubrication sees no narrower gap. Default 2e-4
     /// of the smallest radius, as of polished beads.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<f64>,
     /// Power of the overlap in the normal force, 1 (linear) to 3; 1.5 is Hertz's.
     #[serde(default = "linear")]
@@ -48,10 +48,8 @@ pub struct Contact {
     pub rolling_friction: f64,
     /// Speed after over speed before a normal impact, from 0.001 to 1; default 0.5 without
     /// `damping`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
     /// Dashpots instead of a restitution.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Damping>,
     /// Contact steps in a step of the fluid.
     #[serde(default)]
@@ -167,31 +165,25 @@ pub enum TangentialDamping {
 }
 
 /// What differs where two materials meet; the other keys are those of `[contact]`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pair {
     /// Two materials in any order: a particle's, `default` (particles without one), or `wall`.
     pub between: Vec<String>,
     /// Normal spring (N/m^exponent).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_stiffness: Option<f64>,
     /// Power of the overlap in the normal force.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exponent: Option<f64>,
     /// Tangential over normal stiffness.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tangential_ratio: Option<f64>,
     /// Coefficient of friction.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
     /// Resistance to rolling.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rolling_friction: Option<f64>,
     /// Speed after over speed before a normal impact.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
     /// Dashpots instead of a restitution.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Damping>,
 }
 

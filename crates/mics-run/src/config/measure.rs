@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// One number that `summary.json` reports.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Measure {
@@ -19,20 +20,15 @@ pub struct Measure {
     #[serde(default)]
     pub particle: Which,
     /// Its obstacle, in place of a particle: number from 0, or name.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacle: Option<Which>,
     /// Its particles, for kinds of several: numbers and names; default all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<Which>>,
     /// Its axis, for kinds of the whole box; default that of the drive or the stream, of
     /// `bed_height` gravity's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<Axis>,
     /// Part of the box, for `solid_fraction`; default all of it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
     /// Least solid fraction of a layer for `bed_height`, default 0.1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub threshold: Option<f64>,
     /// Direction of a force, of any length; of `lift_magnitude` that of the stream; of `torque` in
     /// 3D the axis, default z. Default: drag,
@@ -40,7 +36,6 @@ pub struct Measure {
     /// turned by +90 degrees, in 3D the next axis (x, y, z, x). The stream is the inflow, the
     /// initial velocity or a moving wall, less a prescribed velocity; otherwise it is along an
     /// oscillation or gravity.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<Vec<f64>>,
     /// From this time on (s).
     #[serde(default)]
@@ -48,29 +43,22 @@ pub struct Measure {
     /// Moment of a place, angle, velocity or spin: `{ time = 0.5 }` (s), `{ y = 0.075 }` as the
     /// centre first passes there (m), or `"contact"`. Default: a place or angle at the end, the
     /// mean of a velocity or spin.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub when: Option<When>,
     /// Reference speed (m/s), default the inflow's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
     /// Reference length (m) of a coefficient or a Strouhal number, default the diameter of the disc
     /// or sphere of the particle's volume.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// Which force, default the coupling's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<ForceRule>,
     /// Expected value: a number, or a band `[low, high]`. Dropped where `--set` changes the box's
     /// size, the fluid, the boundaries, the start or the particles. `mics plot` draws the band of a
     /// position beside the path.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
     /// Allowed difference as a part of the reference (0.02 is 2 %); of a band beyond its ends, as a
     /// part of its middle; default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// Where the reference is from.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
 }
 

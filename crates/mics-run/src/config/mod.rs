@@ -81,13 +81,13 @@ use serde::{Deserialize, Serialize};
 pub const DEFAULT_MATERIAL: &str = Particle::DEFAULT_MATERIAL;
 
 /// A whole case. One that has been read has all keys filled in and its swarms among its particles.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
     /// The case's name; the run folder is `runs/NAME` unless `--out` names another.
     pub name: String,
     /// Fills keys that neither the file nor `--set` gives.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
     /// The box and its grid.
     pub domain: Domain,
@@ -108,13 +108,11 @@ pub struct Case {
     #[serde(default)]
     pub initial: Initial,
     /// What drives the fluid besides its boundaries; default nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Drive>,
     /// How fluid and particles meet.
     #[serde(default)]
     pub coupling: Coupling,
     /// How bodies meet each other and the walls; without it a touch ends the run.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<Contact>,
     /// Time stepping.
     pub time: Time,
@@ -128,7 +126,6 @@ pub struct Case {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measure: Vec<Measure>,
     /// Means over time; default none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub statistics: Option<Statistics>,
     /// What is recorded at points.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -301,6 +298,7 @@ impl Fluid {
 }
 
 /// The fluid at time 0.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
@@ -308,7 +306,6 @@ pub struct Initial {
     /// flow goes on. On the same grid with the same bodies and walls contacts and pressure go on
     /// too; otherwise the velocity is interpolated. Boundaries, drive, materials and fluid are
     /// those of this case.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
     /// Whether this file lists the bodies of that run already, as the case.toml of a run does;
     /// default no.
@@ -323,11 +320,9 @@ pub struct Initial {
     /// Largest speed V (m/s) of an added Taylor-Green vortex (1937) in a periodic box, default
     /// none: `u = V sin X cos Y cos Z, v = -V (Ly/Lx) cos X sin Y cos Z`, X = 2 pi x/Lx, without Z
     /// in 2D.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub taylor_green: Option<f64>,
     /// Couette flow along this axis, added: linear from the velocity of its low wall to that of its
     /// high one, where one of them moves at least. Default none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub couette: Option<Axis>,
     /// Amplitude (m/s) of a reproducible random disturbance of every cell, which breaks the
     /// symmetry of a wake.

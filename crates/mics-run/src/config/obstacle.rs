@@ -21,32 +21,26 @@ use serde::{Deserialize, Serialize};
 pub use wall::Wall;
 
 /// A wall of any shape: exactly one of `polygon` (2D), `surface` (3D) and `heights`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Obstacle {
     /// Name in measures; each its own.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// What is within closed outlines (2D), concave too.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub polygon: Option<Outlines>,
     /// What is within a closed surface of triangles (3D), concave too.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<Surface>,
     /// What lies below heights: y over x in 2D, z over x and y in 3D.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub heights: Option<Heights>,
     /// Where the origin of its numbers lies in the box (m), default the box's.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<Vec<f64>>,
     /// What its torque is about and a given spin turns it about (m); default the centre of its
     /// volume in the box, of one that rests along periodic axes the middle of the box.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub centre: Option<Vec<f64>>,
     /// What moves it; default it rests. What moves must not reach the sides of the box.
     pub motion: Motion,
     /// Its name in `[[contact.pair]]`, default that of the sides of the box, `wall`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// What it is, once it has been built.
     #[serde(skip)]
@@ -95,55 +89,47 @@ impl Obstacle {
 
 /// Closed outlines: exactly one of `points`, `outlines` and `file`. An outline within another one
 /// is a hole in it.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Outlines {
     /// The corners of one outline (m), in order.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<[f64; 2]>>,
     /// The corners of several (m).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub outlines: Option<Vec<Vec<[f64; 2]>>>,
     /// A CSV file with columns x, y, relative to the case file; with `outline` before them,
     /// a number that changes from one outline to the next.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// What the file's lengths are multiplied by (0.001 for mm), default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
 }
 
 /// A closed surface: `file`, or `points` with `triangles`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Surface {
     /// An STL file, binary or ASCII, relative to the case file.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// What the file's lengths are multiplied by (0.001 for mm), default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
     /// Its corners (m).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<[f64; 3]>>,
     /// The corners of each triangle by their numbers from 0, counterclockwise seen from outside.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub triangles: Option<Vec<[usize; 3]>>,
 }
 
 /// Heights: exactly one of `file` and `points`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Heights {
     /// A file, relative to the case file: CSV with columns x, y (2D) or x, y, z of a raster, or
     /// an ESRI ASCII grid (`.asc`, 3D).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// What the file's lengths are multiplied by (0.001 for mm), default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
     /// The corners of the line (m), x increasing; 2D.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<[f64; 2]>>,
 }
 

@@ -8,14 +8,13 @@ use std::fmt;
 use std::str::FromStr;
 
 /// What is written, and how often.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Rows of `particles.csv`; default every n/4 steps of n particles, every step of up to four.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<Cadence>,
     /// Snapshots under `fields/`; default only the first and the last state.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fields: Option<Cadence>,
     /// Checkpoints, of which the newest two are kept; default every 15 minutes of running time.
     pub checkpoint: Checkpoints,
@@ -26,7 +25,6 @@ pub struct Output {
     pub removed: Removed,
     /// How often fixed particles have rows; default once, at the start, where more than ten are
     /// beside moving ones, else as often as those.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed: Option<FixedRows>,
     /// Planes of figures in 3D (m), `planes = [{ z = 0.02 }, { x = 0.01 }]`; default one along
     /// gravity or the stream through the body, or the middle of all.

@@ -13,25 +13,22 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// One body.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Particle {
     /// Name in measures and figures; several may share it. Numbers count from 0, `[[particle]]`
     /// before `[[swarm]]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Its shape.
     #[schemars(with = "Typed")]
     pub shape: Shape,
     /// How it is turned at time 0: degrees in 2D, `{ axis = [0, 0, 1], degrees = 30 }` in 3D;
     /// default its own axes are along those of the box.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<Orientation>,
     /// Density (kg/m3), default the fluid's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
     /// Viscosity inside the particle (Pa s), default the fluid's; the paper has 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscosity: Option<f64>,
     /// Centre at time 0 (m).
     pub position: Vec<f64>,
@@ -39,33 +36,29 @@ pub struct Particle {
     #[serde(default)]
     pub motion: Motion,
     /// Velocity of a free particle at time 0 (m/s), default zero.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
     /// Angular velocity of a free particle at time 0 (rad/s), default zero.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
     /// Directions in which a free particle keeps its velocity; default none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub locked: Vec<Lock>,
     /// Its name in `[[contact.pair]]`, default `default`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// When and where it enters the box, default at time 0 at its position; without `velocity` at
     /// that of the fluid there.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub enter: Option<Enter>,
 }
 
 /// How a free body enters during the run: at the end of the first step after its time in which its
 /// place is free. It shares its momentum with the fluid: a disc of density ratio s in fluid at rest
 /// keeps s/(s + 1) of its velocity.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Enter {
     /// When (s).
     pub time: f64,
     /// Where: at random in this part of the box; default at its position.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
     /// Least distance to bodies and walls then (m).
     #[serde(default)]
@@ -200,6 +193,7 @@ impl Motion {
 }
 
 /// A given motion: constant velocity and spin, and an oscillation.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Prescribed {
@@ -207,10 +201,8 @@ pub struct Prescribed {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub velocity: Vec<f64>,
     /// Angular velocity (rad/s), default zero.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
     /// Added oscillation of the centre; default none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub oscillation: Option<Oscillation>,
 }
 

@@ -48,28 +48,29 @@ pub struct Round {
 }
 
 /// An ellipse.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ellipse {
     /// Its lengths along its own x and y (m), from end to end.
     pub axes: [f64; 2],
     /// Diameter of the disc of its area (m), to which it is scaled; default as it is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
 }
 
 /// An ellipsoid.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ellipsoid {
     /// Its lengths along its own x, y and z (m), from end to end.
     pub axes: [f64; 3],
     /// Diameter of the sphere of its volume (m), to which it is scaled; default as it is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
 }
 
 /// A superquadric.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Superquadric {
@@ -78,72 +79,59 @@ pub struct Superquadric {
     /// p (along z) and q (across z), from 2 to 20.
     pub exponents: [f64; 2],
     /// Diameter of the sphere of its volume (m), to which it is scaled; default as it is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
 }
 
 /// A convex polygon: exactly one of `points` and `file`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Polygon {
     /// Its corners in order (m), either way round.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<[f64; 2]>>,
     /// A CSV file of them, relative to the case file, with columns x and y.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// What the file's lengths are multiplied by (0.001 for mm), default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
     /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp
     /// edges.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rounding: Option<f64>,
     /// Diameter of the disc of its area (m), to which it is scaled; default as it is.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
 }
 
 /// A convex polyhedron: exactly one of `file` and `points`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Polyhedron {
     /// An STL file, binary or ASCII, relative to the case file, of a closed surface.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// What the file's lengths are multiplied by (0.001 for mm), default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
     /// Its corners (m), in any order.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<[f64; 3]>>,
     /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp
     /// edges.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rounding: Option<f64>,
     /// Diameter of the sphere of its volume (m), to which it is scaled; default as it is.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
 }
 
 /// A clump: exactly one of `discs` (2D), `spheres` (3D) and `file`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Clump {
     /// Its discs.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub discs: Option<Vec<Ball>>,
     /// Its spheres.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub spheres: Option<Vec<Ball>>,
     /// A CSV file of them, relative to the case file, with columns x, y (z in 3D) and diameter.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// What the file's lengths are multiplied by (0.001 for mm), default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
     /// Diameter of the disc or sphere of its volume (m), to which it is scaled; default as it is.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
 }
 
@@ -158,46 +146,38 @@ pub struct Ball {
 }
 
 /// The shape of an earlier particle.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Like {
     /// Its number among the `[[particle]]` of this file, from 0.
     pub particle: usize,
     /// Diameter of the disc or sphere of its volume (m), to which it is scaled; default as it is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
 }
 
 /// A shape in a list of them, by one of its keys, with its share.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Listed {
     /// How many of the swarm have it, as a part of the shares of all; default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
     /// A disc (2D), of unit depth.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub disc: Option<Round>,
     /// A sphere (3D).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub sphere: Option<Round>,
     /// An ellipse (2D), of unit depth.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ellipse: Option<Ellipse>,
     /// An ellipsoid (3D).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ellipsoid: Option<Ellipsoid>,
     /// A superquadric (3D).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub superquadric: Option<Superquadric>,
     /// A convex polygon (2D), of unit depth.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub polygon: Option<Polygon>,
     /// A convex polyhedron (3D).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub polyhedron: Option<Polyhedron>,
     /// Discs (2D) or spheres (3D) that overlap, as one body.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub clump: Option<Clump>,
 }
 

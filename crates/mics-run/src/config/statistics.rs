@@ -7,18 +7,17 @@ use serde::{Deserialize, Serialize};
 
 /// Means and second moments over time, in every cell and in layers: `statistics.vti` and
 /// `profile.csv`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Statistics {
     /// From this time on (s), default 0.
     pub from: f64,
     /// Until this time (s), default the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub until: Option<f64>,
     /// Steps from one sample to the next, default 5.
     pub every: u64,
     /// Axis across the layers whose means are in `profile.csv`; default none.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<Axis>,
 }
 
@@ -41,6 +40,7 @@ impl Statistics {
 }
 
 /// A point, or points on a line, whose velocity and pressure `probes.csv` records.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
@@ -49,13 +49,10 @@ pub struct Probe {
     /// Where it is (m); the first point of a line.
     pub at: Vec<f64>,
     /// The last point of a line (m); default none: a point.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<Vec<f64>>,
     /// Points of the line, ends included; default 2.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<usize>,
     /// Steps from one record to the next, default 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
     /// From this time on (s), default 0.
     #[serde(default)]

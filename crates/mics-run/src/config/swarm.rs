@@ -20,84 +20,68 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Bodies scattered at random over a region, or listed in a CSV file.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Swarm {
     /// Their common name in measures and figures.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// How many.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
     /// Where they lie, at random, packed up to about 80 % of the area in 2D and 60 % of the volume
     /// in 3D.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Region>,
     /// Their diameters (m); of what is not round those of the disc or sphere of its volume, to
     /// which it is scaled, and by default as it is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter: Option<Diameters>,
     /// The shape of all; default a disc in 2D, a sphere in 3D. Those that are not round are put
     /// down with their bounding discs or spheres clear of each other.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Typed>,
     /// Their shapes, where they have several, each with its share, as in
     /// `[{ ellipsoid = { axes = [0.02, 0.01, 0.01] }, share = 0.3 }, ...]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shapes: Option<Vec<Listed>>,
     /// How those that are not round are turned; default at random.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientations: Option<Orientations>,
     /// What `shape` or `shapes` are, once they have been built.
     #[serde(skip)]
     pub solids: Vec<Kind>,
     /// Seed of the random numbers, default 1; the same seed gives the same places on all machines.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// Least distance to bodies and walls (m), default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// Instead of the keys above: a CSV file, relative to the case file, with columns x, y (z in
     /// 3D), diameter (beside `shape` and `shapes` if wanted) and, if wanted, shape (its number in
     /// `shapes`, from 0), angle (rad; in 3D qw, qx, qy, qz), density, vx, vy, vz, spin (about z),
     /// which win over the keys below. The `particles.csv` of a run gives its bodies at its end.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
     /// Density (kg/m3), default the fluid's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
     /// Viscosity inside the particles (Pa s), default the fluid's; the paper has 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscosity: Option<f64>,
     /// What moves them; default free, or as in the run that `from` names.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
     /// Velocity of free particles at time 0 (m/s), default zero.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Vec<f64>>,
     /// Angular velocity of free particles at time 0 (rad/s), default zero.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
     /// Directions in which free particles keep their velocity; default none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub locked: Vec<Lock>,
     /// Their name in `[[contact.pair]]`, default `default`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// Feeds them into the region one by one during the run; default all are there at time 0.
     /// Without `velocity` they enter at that of the fluid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feed: Option<Feed>,
 }
 
 /// How a swarm is fed. A body waits until a place is free.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Feed {
     /// How many a second (1/s).
     pub rate: f64,
     /// When the first one comes (s), default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<f64>,
 }
 

@@ -5,24 +5,21 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Time stepping: exactly one of `step` and `cfl`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Time {
     /// When the run ends (s).
     pub end: f64,
     /// A fixed step (s), refused where it breaks a stability limit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
     /// Courant number of a step, sum over axes of |u| dt/h; default 0.4 (0.8 for rkl3, 0.2 for
     /// euler with upwind advection).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
     /// The time scheme; default rkl3, rkl2 where particles move, rk2 with the mixture method.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheme: Option<Scheme>,
     /// Most stages of a step of rkl2 or rkl3, 3 to 50; default 10, beside fixed particles 8, where
     /// particles move 4.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_stages: Option<usize>,
     /// The advection scheme.
     #[serde(default)]

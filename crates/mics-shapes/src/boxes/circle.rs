@@ -48,7 +48,10 @@ impl Lines {
     /// a whole number of vectors.
     pub fn set(&mut self, places: &[f64], r: f64) {
         let Lines { at, root, below } = self;
-        [&mut *at, root, below].into_iter().for_each(Vec::clear);
+        for values in [&mut *at, root, below] {
+            values.clear();
+            values.reserve(2 * places.len() + 2 * VECTOR);
+        }
         for line in places.iter().map(|at| Line::new(*at, r)) {
             at.push(line.at);
             root.push(line.root);
@@ -78,6 +81,7 @@ impl Parts {
     fn resize(&mut self, n: usize) -> [&mut [f64]; 3] {
         let [x, y] = &mut self.moment;
         [&mut self.area, x, y].map(|values| {
+            values.reserve((2 * n + 2 * VECTOR).saturating_sub(values.len()));
             values.resize(n, 0.0);
             &mut values[..]
         })

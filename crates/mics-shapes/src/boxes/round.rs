@@ -38,6 +38,13 @@ struct Room {
     parts: [Parts; 3],
 }
 
+/// Forgets what is in a list of the planes of a body along this many axes, with room for `count` of
+/// them: twice as many along each as now, since of a body across a side of the box they are a part.
+fn make_room<T>(list: &mut Vec<T>, count: usize, axes: u32) {
+    list.clear();
+    list.reserve(2usize.pow(axes) * (count + 4));
+}
+
 /// Calls with the boxes that a disc of this radius (m) reaches, with moments where faces are asked
 /// for.
 pub(crate) fn tile_disc(radius: f64, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
@@ -83,7 +90,7 @@ impl Room {
                 let far = low.abs().max(high.abs());
                 [near * near, far * far]
             };
-            squares.clear();
+            make_room(squares, planes.len(), 1);
             squares.extend(planes.windows(2).map(|ends| square(ends[0], ends[1])));
         }
     }
@@ -148,7 +155,7 @@ impl Room {
         let Room { squares, cuts, pairs, corners, circles, lines, .. } = self;
         let [nx, ny, nz] = cuts.each_ref().map(Vec::len);
         for layer in corners.iter_mut() {
-            layer.clear();
+            make_room(layer, nx * ny, 2);
             layer.resize(nx * ny, None);
         }
         let mut layer = 0;
@@ -206,13 +213,13 @@ impl Room {
     /// What a sphere of the given radius (m) has beyond each plane and each two of them.
     fn find_pairs(&mut self, radius: f64, planes: &[Vec<f64>; 3]) {
         for (cuts, planes) in self.cuts.iter_mut().zip(planes) {
-            cuts.clear();
+            make_room(cuts, planes.len(), 1);
             cuts.extend(planes.iter().map(|at| Plane::new(*at, radius)));
         }
         for (a, pairs) in self.pairs.iter_mut().enumerate() {
             let first = &self.cuts[a];
             let second = &self.cuts[(a + 1) % 3];
-            pairs.clear();
+            make_room(pairs, first.len() * second.len(), 2);
             pairs.extend(
                 second.iter().flat_map(|q| first.iter().map(move |p| Pair::new(p, q, radius))),
             );
@@ -224,7 +231,7 @@ impl Room {
     fn find_radii(&mut self, radius: f64, planes: &[Vec<f64>; 3], axis: usize) {
         let circles = &mut self.circles;
         let middle = |ends: &[f64]| 0.5 * (ends[0] + ends[1]);
-        circles.clear();
+        make_room(circles, planes[axis].len(), 1);
         circles.extend(planes[axis].windows(2).map(|ends| circle::radius(radius, middle(ends))));
     }
 
@@ -235,7 +242,7 @@ impl Room {
         let Room { circles, lines, .. } = self;
         for (n, lines) in lines.iter_mut().enumerate() {
             let across = &planes[(axis + 1 + n) % 3];
-            lines.clear();
+            make_room(lines, circles.len() * across.len(), 2);
             lines.extend(
                 circles.iter().flat_map(|radius| across.iter().map(|at| Line::new(*at, *radius))),
             );
