@@ -237,10 +237,7 @@ impl Law {
         let normal = gain * (elastic + damper * approach / (1.0 + slowing * damper)).max(0.0);
         let stiffness = law.tangential_ratio * k * mean(g - 1.0);
         let lasted = mean(0.0) * h;
-        (
-            normal,
-            self.tangential(kinematics, (stiffness, damper_tangential, lasted), normal, spring),
-        )
+        (normal, self.tangential(kinematics, stiffness, damper_tangential, lasted, normal, spring))
     }
 
     /// Tangential force on the first one (N) by a spring (N/m) and a damper (N s/m) of a contact
@@ -248,7 +245,9 @@ impl Law {
     fn tangential(
         &self,
         kinematics: &Kinematics,
-        (stiffness, damper, lasted): (f64, f64, f64),
+        stiffness: f64,
+        damper: f64,
+        lasted: f64,
         normal: f64,
         spring: &mut Option<Vector3<f64>>,
     ) -> Vector3<f64> {

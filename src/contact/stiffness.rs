@@ -57,8 +57,8 @@ impl Impact {
             if body.shape().is_obstacle() && !body.moves() {
                 continue;
             }
-            let (mut speed, volume) =
-                (body.velocity.norm().max(body.speed()).max(flow), body.volume());
+            let mut speed = body.velocity.norm().max(body.speed()).max(flow);
+            let volume = body.volume();
             if body.freedom().is_some() {
                 let weight = (body.mass() - density * volume).abs() * gravity.norm();
                 let fall = 2.0 * weight / (body.mass() + 0.5 * density * volume) * length;

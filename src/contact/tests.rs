@@ -33,7 +33,8 @@ fn body(shape: Shape, radius: f64, centre: Vector3<f64>, velocity: Vector3<f64>)
         Shape::Disc => (Body::new(Arc::new(Disc { radius }), 2500.0, 1.0, centre), PLANE),
         Shape::Sphere => (Body::new(Arc::new(Sphere { radius }), 2500.0, 1.0, centre), FREE),
     };
-    (body.velocity, body.motion) = (velocity, Motion::Free(freedom));
+    body.velocity = velocity;
+    body.motion = Motion::Free(freedom);
     body
 }
 
@@ -326,7 +327,8 @@ fn pinned_body_rotates_without_translation() {
 fn contact_errors_name_the_particle() {
     let says = |body: Body, substeps, dt, accelerations: Accelerations, words: &[&str]| {
         let mut still = body.clone();
-        (still.centre, still.velocity) = (vector![0.15, 0.15, 0.0], Vector3::zeros());
+        still.centre = vector![0.15, 0.15, 0.0];
+        still.velocity = Vector3::zeros();
         let mut two = [still, body];
         two[1].id = 1;
         let mut pair = contacts(&two, material(1.0, 0.5, 0.3), [0.2, 0.2, 0.0], &[1], substeps);

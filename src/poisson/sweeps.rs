@@ -214,7 +214,8 @@ impl Fields<'_> {
         if wraps[0] {
             for row in 0..if flat { 1 } else { n[1] } {
                 let s = if flat { lattice.row(layer, 0) } else { lattice.row(row, layer) };
-                (x[s - 1], x[s + n[0]]) = (x[s + n[0] - 1], x[s]);
+                x[s - 1] = x[s + n[0] - 1];
+                x[s + n[0]] = x[s];
             }
         }
         if wraps[1] && !flat {

@@ -44,7 +44,8 @@ fn corrected(
     let mut impulses = contacts.law.impulses();
     impulses.correct(&bodies, &residuals, &mut given, dt);
 
-    let (arm, size) = (bodies[1].centre - bodies[0].centre, given[0].linear.norm());
+    let arm = bodies[1].centre - bodies[0].centre;
+    let size = given[0].linear.norm();
     assert!((given[0].linear + given[1].linear).norm() < 1e-12 * size, "momentum");
     let turning = given[0].angular + given[1].angular + arm.cross(&given[1].linear);
     assert!(turning.norm() < 1e-9 * size * arm.norm(), "angular momentum: {turning}");
@@ -134,8 +135,8 @@ impl Response {
                 let near = (-(distance - body.radius() - other.radius()).max(0.0)
                     / (0.3 * body.radius()))
                 .exp();
-                let (n, shared) =
-                    (apart / distance, near * factor * density * body.volume().min(other.volume()));
+                let n = apart / distance;
+                let shared = near * factor * density * body.volume().min(other.volume());
                 for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     let part = shared * n[a] * n[b];
                     inertia[(3 * i + a, 3 * i + b)] += part;
@@ -179,7 +180,8 @@ fn step(bodies: &mut [Body], law: &mut Touched, factor: f64, dt: f64) -> [f64; 3
     let expected: Vec<RigidVelocity> = bodies.iter().map(motion).collect();
     let response = Response::new(bodies, DENSITY, factor);
     for (body, before) in bodies.iter_mut().zip(&before) {
-        (body.velocity, body.spin) = (before.velocity, before.spin);
+        body.velocity = before.velocity;
+        body.spin = before.spin;
     }
     let without = response.energy(bodies);
     let given: Vec<_> = (0..bodies.len()).map(|k| law.outcome().impulse(k)).collect();
@@ -258,7 +260,10 @@ fn stack(seed: u64, parts: bool, chance: &mut impl FnMut() -> f64) -> Vec<Body> 
 }
 
 fn bring_no_energy(parts: bool) {
-    let (mut largest, mut most, mut bounded, mut steps) = (0.0f64, 0.0f64, 0.0f64, 0);
+    let mut largest = 0.0f64;
+    let mut most = 0.0f64;
+    let mut bounded = 0.0f64;
+    let mut steps = 0;
     for seed in 0..60u64 {
         let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
         let mut chance = move || {
@@ -284,8 +289,9 @@ fn bring_no_energy(parts: bool) {
         for _ in 0..40 {
             let [made, beyond, taken] = step(&mut bodies, &mut law, factor, 3e-4);
             stored += made.max(0.0) / start;
-            (largest, bounded, steps) =
-                (largest.max(beyond / start), bounded + taken / start, steps + 1);
+            largest = largest.max(beyond / start);
+            bounded += taken / start;
+            steps += 1;
         }
         most = most.max(stored);
     }

@@ -67,14 +67,19 @@ fn gain(law: Material, dt: f64) -> (f64, f64) {
     let mut contacts = contacts(&bodies, law, [0.1, 0.05, 0.0], &[0, 1], Substeps::Auto);
     let still = vec![Accelerations::default(); bodies.len()];
     let start = kinetic(&bodies);
-    let (mut last, mut worst, mut substeps) = (start, f64::NEG_INFINITY, 0);
+    let mut last = start;
+    let mut worst = f64::NEG_INFINITY;
+    let mut substeps = 0;
     for _ in 0..(0.2 / dt) as usize {
         let taken = contacts.advance(&mut bodies, &still, dt).unwrap();
         let energy = kinetic(&bodies) + elastic(&contacts, &bodies, dt / taken.max(1) as f64);
         worst = f64::max(worst, (energy - last) / start);
-        (last, substeps) = (energy, substeps + taken);
+        last = energy;
+        substeps += taken;
     }
-    let (g, damping, left) = (law.exponent, law.damping, last / start);
+    let g = law.exponent;
+    let damping = law.damping;
+    let left = last / start;
     println!(
         "cloud, exponent {g}, {damping:?}: gains {worst:.1e} in a step, {left:.4} left, {substeps} \
         substeps"
@@ -111,7 +116,8 @@ fn periodic_cloud_conserves_momentum() {
     let momentum =
         |bodies: &[Body]| bodies.iter().map(|b| b.mass() * b.velocity).sum::<Vector3<f64>>();
     let scale: f64 = bodies.iter().map(|b| b.mass() * b.velocity.norm()).sum();
-    let (start, energy) = (momentum(&bodies), kinetic(&bodies));
+    let start = momentum(&bodies);
+    let energy = kinetic(&bodies);
     for _ in 0..300 {
         contacts.advance(&mut bodies, &still, 1e-3).unwrap();
     }
@@ -160,7 +166,8 @@ fn heap_of_particles_comes_to_rest() {
     for _ in 0..1500 {
         contacts.advance(&mut bodies, &down, 1e-3).unwrap();
     }
-    let (rest, places) = (kinetic(&bodies) / fall, bodies.clone());
+    let rest = kinetic(&bodies) / fall;
+    let places = bodies.clone();
     for _ in 0..200 {
         contacts.advance(&mut bodies, &down, 1e-3).unwrap();
     }
@@ -193,7 +200,8 @@ fn brute_force(
     size: [f64; 3],
     periodic: [bool; 3],
 ) -> Vec<(usize, usize, Vector3<i32>)> {
-    let (mut all, mut images) = (vec![], vec![]);
+    let mut all = vec![];
+    let mut images = vec![];
     for a in 0..3 {
         images.push(if periodic[a] { -2..=2 } else { 0..=0 });
     }
@@ -219,7 +227,8 @@ fn brute_force(
 #[test]
 fn cell_lists_match_brute_force_pairs() {
     let mut dice = Dice(3);
-    let (mut several, mut own) = (false, false);
+    let mut several = false;
+    let mut own = false;
     for (size, periodic) in [
         ([1.0, 1.0, 1.0], [false; 3]),
         ([1.0, 1.0, 1.0], [true; 3]),

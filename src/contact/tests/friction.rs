@@ -5,7 +5,9 @@ use super::*;
 #[test]
 fn oblique_wall_impact_slides_by_coulomb_law() {
     for (shape, inertia) in [(Shape::Disc, 0.5), (Shape::Sphere, 0.4)] {
-        let (e, mu, speed) = (0.8, 0.1, 0.5);
+        let e = 0.8;
+        let mu = 0.1;
+        let speed = 0.5;
         let mut law = material(1.0, e, mu);
         law.normal_stiffness *= 10.0; // the arm is the radius less the overlap
         let mut one = [body(shape, 0.01, vector![0.1, 0.0101, 0.1], vector![2.0, -speed, 0.0])];

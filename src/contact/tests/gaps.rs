@@ -75,7 +75,9 @@ fn lubrication_torque_at_symmetry_plane() {
     for (shape, spin) in
         [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])]
     {
-        let (radius, gap, y) = (5e-3, 1e-4, 500.0);
+        let radius = 5e-3;
+        let gap = 1e-4;
+        let y = 500.0;
         let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2e-3, ..Medium::default() };
         let flat = if matches!(shape, Shape::Disc) { 0.0 } else { 0.01 };
         let mut two = [1.0, -1.0].map(|side| {
@@ -88,9 +90,10 @@ fn lubrication_torque_at_symmetry_plane() {
         let size = [1e3; 3];
         let pair = contacts(&two, material(1.0, 0.9, 0.0), size, &[], Substeps::Auto).law;
         let mut mirror = contacts(&one, material(1.0, 0.9, 0.0), size, &[1], Substeps::Auto).law;
-        (mirror.setup.walls[0].at, mirror.setup.walls[0].side) = (y, WallSide::Slip);
-        let (mut pair, mut mirror) =
-            (Touched::new(pair.within(medium)), Touched::new(mirror.within(medium)));
+        mirror.setup.walls[0].at = y;
+        mirror.setup.walls[0].side = WallSide::Slip;
+        let mut pair = Touched::new(pair.within(medium));
+        let mut mirror = Touched::new(mirror.within(medium));
         pair.advance(&mut two, &[Accelerations::default(); 2], 1e-4).unwrap();
         mirror.advance(&mut one, &[Accelerations::default()], 1e-4).unwrap();
         let turned = (two[0].spin - spin).norm();
@@ -110,7 +113,8 @@ fn lubrication_torque_at_symmetry_plane() {
 /// and a half diameters: it touches the same disc on both sides.
 #[test]
 fn disc_rests_on_two_periodic_images_of_another() {
-    let (radius, length) = (0.01, 0.03);
+    let radius = 0.01;
+    let length = 0.03;
     for start in [0.0, 0.004, 0.016] {
         let place = |x: f64, y: f64| vector![(start + x).rem_euclid(length), y, 0.0];
         let high = 0.05 + f64::sqrt(4.0 * radius * radius - 0.25 * length * length);
@@ -139,7 +143,8 @@ fn disc_rests_on_two_periodic_images_of_another() {
             contacts.outcome()
         );
         // With the springs kept per image it goes on as it was.
-        let (mut again, still) = (two.clone(), two[1].velocity);
+        let mut again = two.clone();
+        let still = two[1].velocity;
         let mut restarted = Touched::new(contacts.law.clone());
         restarted.touching.springs = memory;
         assert!(restarted.setup().check(&restarted.touching).is_ok());
@@ -186,9 +191,11 @@ fn lubrication_conserves_momentum_and_ignores_rigid_motion() {
         let mut bodies = beside_each_other(shape, [5e-3, 1.2e-2]);
         let arm = bodies[0].centre - bodies[1].centre;
         bodies[0].velocity = flat(vector![0.02, -0.01, 0.03]);
-        (bodies[0].spin, bodies[1].spin) = (spin, -0.5 * spin);
+        bodies[0].spin = spin;
+        bodies[1].spin = -0.5 * spin;
         let [first, second] = [0, 1].map(|k| film_impulses(&mut bodies.clone(), &[])[k]);
-        let (size, lever) = (first.linear.norm(), first.linear.norm() * arm.norm());
+        let size = first.linear.norm();
+        let lever = first.linear.norm() * arm.norm();
         assert!(size > 1e-9 && first.angular.norm() > 1e-3 * lever, "{first:?}");
         assert!((first.linear + second.linear).norm() < 1e-12 * size);
         let turning = first.angular + second.angular + arm.cross(&first.linear);
@@ -197,7 +204,8 @@ fn lubrication_conserves_momentum_and_ignores_rigid_motion() {
         // As one: carried along and turned about any point.
         let drift = flat(vector![0.3, 0.2, -0.1]);
         for (body, rest) in bodies.iter_mut().zip([Vector3::zeros(), spin.cross(&arm)]) {
-            (body.velocity, body.spin) = (drift - rest, spin);
+            body.velocity = drift - rest;
+            body.spin = spin;
         }
         let still = film_impulses(&mut bodies, &[]);
         assert!(
@@ -229,7 +237,8 @@ fn lubrication_of_very_large_body_equals_wall() {
         [(Shape::Disc, vector![0.0, 0.0, 3.0]), (Shape::Sphere, vector![2.0, -1.0, 3.0])]
     {
         // The pair acts in the middle of the gap, the wall at its own side: a narrow one.
-        let (radius, gap) = (5e-3, 5e-6);
+        let radius = 5e-3;
+        let gap = 5e-6;
         let mut beside_wall =
             [body(shape, radius, vector![500.0, radius + gap, 500.0], vector![0.02, -0.01, 0.0])];
         beside_wall[0].spin = spin;

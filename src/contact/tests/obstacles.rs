@@ -29,7 +29,8 @@ fn bed(n: usize, height: impl Fn(f64, f64) -> f64) -> Obstacle {
     let mut dice = Dice(5);
     let at = |i: usize, j: usize, dice: &mut Dice| {
         let [x, z] = [i, j].map(|k| (k as f64 + 0.3 * dice.about_zero()) / n as f64);
-        let (x, z) = (0.6 * x - 0.1, 0.4 * z - 0.1);
+        let x = 0.6 * x - 0.1;
+        let z = 0.4 * z - 0.1;
         vector![x, height(x, z), z]
     };
     let corners: Vec<_> = (0..=n)
@@ -234,7 +235,8 @@ fn ball_bounces_off_convex_edge() {
 fn impact(shape: &Parts, wall: &Body, law: Material, dice: &mut Dice) -> Option<f64> {
     let mut any =
         |size: f64| size * vector![dice.about_zero(), dice.about_zero(), dice.about_zero()];
-    let (v, turn) = (0.5, any(3.0));
+    let v = 0.5;
+    let turn = any(3.0);
     let mut one = free(
         shape,
         vector![0.2, 0.11, 0.1] + any(1.0).component_mul(&vector![0.1, 0.0, 0.05]),
@@ -246,7 +248,8 @@ fn impact(shape: &Parts, wall: &Body, law: Material, dice: &mut Dice) -> Option<
     let mut all = [one, wall.clone()];
     let mut held = contacts(&all, law, SIZE, &[0, 1, 2], Substeps::Auto);
     let start = kinetic(&all[..1]);
-    let (mut touched, mut most) = (false, 0.0f64);
+    let mut touched = false;
+    let mut most = 0.0f64;
     for _ in 0..400 {
         held.advance(&mut all, &[Accelerations::default(); 2], 0.02 * radius / v).unwrap();
         let touches = held.outcome().impulse(0).linear != Vector3::zeros();
@@ -280,10 +283,12 @@ fn random_impacts_on_lumpy_obstacle_bring_no_energy() {
     for (name, shape) in shapes {
         for friction in [0.0, 0.3] {
             let law = Material { normal_stiffness: 1e6, ..material(1.0, 1.0, friction) };
-            let (mut worst, mut count) = (0.0f64, 0);
+            let mut worst = 0.0f64;
+            let mut count = 0;
             while count < 100 {
                 let Some(most) = impact(&shape, &wall, law, &mut dice) else { continue };
-                (worst, count) = (worst.max(most), count + 1);
+                worst = worst.max(most);
+                count += 1;
             }
             println!("{name}, mu {friction}: energy rises by {worst:.1e} at most");
             assert!(worst < 1e-3, "{worst:e}");

@@ -20,7 +20,8 @@ fn falling(slope: f64) -> Accelerations {
 /// `J/M - v` with `J = 2 M v/(1 + cos^2/1.4)`, and turns (reference/shapes/contact_shapes.csv).
 #[test]
 fn dumbbell_on_frictionless_wall_leaves_as_rigid_body() {
-    let (radius, v) = (0.01, 0.5);
+    let radius = 0.01;
+    let v = 0.5;
     let dumbbell = solids::clump(3, radius, 2, 2.0 * radius);
     for (degrees, speed, spin) in [
         (15.0, 0.20016, 0.82805),
@@ -45,14 +46,17 @@ fn dumbbell_on_frictionless_wall_leaves_as_rigid_body() {
 /// An ellipse 2:1 on its flat side rocks without slip at 1.1547 sqrt(g/b).
 #[test]
 fn ellipse_rocks_at_its_frequency() {
-    let (b, tilt) = (0.01, 0.04f64);
-    let (a, law) = (2.0 * b, stiff(1e6, 0.5, 10.0));
+    let b = 0.01;
+    let tilt = 0.04f64;
+    let a = 2.0 * b;
+    let law = stiff(1e6, 0.5, 10.0);
     let ellipse = solids::ellipse([a, b], 0.05 * b);
     let mut one = [free(&ellipse, Vector3::zeros(), Vector3::z() * tilt)];
     let sink = one[0].mass() * G / 1e6;
     one[0].centre = vector![0.1, (a * tilt.sin()).hypot(b * tilt.cos()) - sink, 0.0];
     let mut wall = contacts(&one, law, [0.2, 0.2, 0.0], &[0, 1], Substeps::Auto);
-    let (dt, mut crossings) = (1e-3, Vec::new());
+    let dt = 1e-3;
+    let mut crossings = Vec::new();
     for k in 0..700 {
         let before = one[0].orientation.scaled_axis().z;
         wall.advance(&mut one, &[falling(0.0)], dt).unwrap();
@@ -71,7 +75,8 @@ fn ellipse_rocks_at_its_frequency() {
 /// A body on a slope after some time: how far it has slid (m) and how fast it does (m/s), and by
 /// what it has turned (rad).
 fn on_slope(shape: &Parts, friction: f64, slope: f64, time: f64) -> (f64, f64, f64) {
-    let (half, law) = (0.01, stiff(1e6, 0.3, friction));
+    let half = 0.01;
+    let law = stiff(1e6, 0.3, friction);
     let size = if shape.dimension == 2 { [0.4, 0.2, 0.0] } else { [0.4, 0.2, 0.2] };
     let mut one = [free(shape, vector![0.1, half, 0.5 * size[2]], Vector3::zeros())];
     one[0].centre.y -= one[0].mass() * G / 1e6;
@@ -84,7 +89,8 @@ fn on_slope(shape: &Parts, friction: f64, slope: f64, time: f64) -> (f64, f64, f
 
 /// The slope (degrees) at which a body tips that is lifted slowly, with friction that holds it.
 fn tipping_angle(shape: &Parts) -> f64 {
-    let (half, dt) = (0.01, 2e-3);
+    let half = 0.01;
+    let dt = 2e-3;
     let size = if shape.dimension == 2 { [0.4, 0.2, 0.0] } else { [0.4, 0.2, 0.2] };
     let mut one = [free(shape, vector![0.1, half, 0.5 * size[2]], Vector3::zeros())];
     let law = stiff(1e6, 0.3, 3.0);
@@ -101,7 +107,8 @@ fn tipping_angle(shape: &Parts) -> f64 {
 /// distance of its corners from the middle.
 #[test]
 fn friction_stops_spinning_cube() {
-    let (h, mu) = (0.01, 0.3);
+    let h = 0.01;
+    let mu = 0.3;
     let mut one = [free(&solids::cuboid([h; 3], 5e-4), vector![0.1, h, 0.1], Vector3::zeros())];
     let law = stiff(1e5, 0.3, mu);
     one[0].centre.y -= 4.0f64.powf(-0.25) * one[0].mass() * G / 1e5;
@@ -120,7 +127,8 @@ fn friction_stops_spinning_cube() {
 /// A square and a cube slide where `tan = mu`, and tip at 45 degrees where friction holds them.
 #[test]
 fn square_and_cube_on_slope_slide_and_tip() {
-    let (h, skin) = (0.01, 5e-5);
+    let h = 0.01;
+    let skin = 5e-5;
     for shape in [solids::rectangle([h, h], skin), solids::cuboid([h; 3], skin)] {
         let mu = 0.5f64;
         // Put down suddenly it slides a little at first.
@@ -150,7 +158,8 @@ fn impact(shape: &Parts, law: Material, dice: &mut Dice) -> Option<[f64; 2]> {
         size * vector![dice.about_zero(), dice.about_zero(), z]
     };
     let spin = |v: Vector3<f64>| if flat { Vector3::z() * (v.x + v.y) } else { v };
-    let (middle, v) = (vector![0.1, 0.1, if flat { 0.0 } else { 0.1 }], 0.5);
+    let middle = vector![0.1, 0.1, if flat { 0.0 } else { 0.1 }];
+    let v = 0.5;
     let turns = [spin(any(3.0)), spin(any(3.0))];
     let mut two = turns.map(|turn| free(shape, middle, turn));
     let radius = two[0].radius();
@@ -158,12 +167,17 @@ fn impact(shape: &Parts, law: Material, dice: &mut Dice) -> Option<[f64; 2]> {
     two[0].centre -= 1.01 * radius * way;
     let aside = any(0.7 * radius);
     two[1].centre += 1.01 * radius * way + aside - aside.dot(&way) * way;
-    (two[0].velocity, two[1].velocity) = (v * way + any(0.1 * v), -v * way + any(0.1 * v));
-    (two[0].spin, two[1].spin) = (spin(any(0.5 * v / radius)), spin(any(0.5 * v / radius)));
+    two[0].velocity = v * way + any(0.1 * v);
+    two[1].velocity = -v * way + any(0.1 * v);
+    two[0].spin = spin(any(0.5 * v / radius));
+    two[1].spin = spin(any(0.5 * v / radius));
     let size = if flat { [0.2, 0.2, 0.0] } else { [0.2; 3] };
     let mut pair = contacts(&two, law, size, &[0, 1, 2][..shape.dimension], Substeps::Auto);
-    let (start, momentum) = (kinetic(&two), momenta(&two));
-    let (mut touched, mut most, mut after) = (false, 0.0f64, 0);
+    let start = kinetic(&two);
+    let momentum = momenta(&two);
+    let mut touched = false;
+    let mut most = 0.0f64;
+    let mut after = 0;
     for _ in 0..60 {
         pair.advance(&mut two, &[Accelerations::default(); 2], 0.04 * radius / v).unwrap();
         let touches = pair.outcome().impulse(0).linear != Vector3::zeros();
@@ -188,14 +202,16 @@ fn random_impacts_bring_no_energy() {
     for dimension in [2, 3] {
         for (name, shape) in solids::all(dimension) {
             for (e, friction, impacts) in [(1.0, 0.0, 100), (1.0, 0.3, 100), (0.5, 0.3, 100)] {
-                let (mut dice, mut count) = (Dice(11), 0);
+                let mut dice = Dice(11);
+                let mut count = 0;
                 let [mut rise, mut fall] = [0.0f64; 2];
                 let mut over = 0;
                 while count < impacts {
                     let law = stiff(if dimension == 2 { 3e7 } else { 1e6 }, e, friction);
                     let Some([change, most]) = impact(&shape, law, &mut dice) else { continue };
                     count += 1;
-                    (rise, fall) = (rise.max(most), fall.max(-change));
+                    rise = rise.max(most);
+                    fall = fall.max(-change);
                     over += usize::from(most > 1e-5);
                 }
                 println!(
@@ -223,7 +239,8 @@ fn cube_lying_flat_rests() {
         for _ in 0..300 {
             wall.advance(&mut one, &[falling(0.0)], 1e-3).unwrap();
         }
-        let (sunk, whole) = (half - one[0].centre.y, one[0].mass() * G / 1e5);
+        let sunk = half - one[0].centre.y;
+        let whole = one[0].mass() * G / 1e5;
         println!(
             "sinks {:.4} of a corner's depth, {:.1e} m/s",
             sunk / whole,
@@ -251,7 +268,9 @@ fn sphere_over_face_and_edge_of_box_keeps_energy() {
             + two[1].mass() * G * two[1].centre.y
             + pair.stored(two, |_| Vector3::zeros())
     };
-    let (start, mut worst, mut flew) = (energy(&pair, &two), 0.0f64, false);
+    let start = energy(&pair, &two);
+    let mut worst = 0.0f64;
+    let mut flew = false;
     let start = start + 0.5 * 1e5 * (two[1].mass() * G / 1e5).powi(2);
     let scale = kinetic(&two[1..]);
     for _ in 0..280 {
@@ -292,7 +311,8 @@ fn pile_of_convex_bodies_comes_to_rest() {
         let pull = vec![falling(0.0); bodies.len()];
         let scale: f64 = bodies.iter().map(|b| b.mass() * G * b.radius()).sum();
         let room = |c: &Contacts| c.pairs.capacity();
-        let (mut taken, before) = (0, room(&all));
+        let mut taken = 0;
+        let before = room(&all);
         for _ in 0..700 {
             taken += all.advance(&mut bodies, &pull, 1e-3).unwrap();
         }
@@ -353,17 +373,20 @@ fn lubrication_of_parts_conserves_momentum() {
         free(&shapes[0], vector![0.08, 0.1, 0.1], vector![0.2, -0.1, 0.3]),
         free(&shapes[1], vector![0.1003, 0.102, 0.101], vector![0.1, 0.5, 0.2]),
     ];
-    (two[0].velocity.x, two[1].spin.z) = (0.05, 2.0);
+    two[0].velocity.x = 0.05;
+    two[1].spin.z = 2.0;
     let mut pair = contacts(&two, stiff(1e6, 0.5, 0.3), [0.2; 3], &[0, 1, 2], Substeps::Auto);
     pair.law =
         pair.law.within(Medium { density: 1e-9, viscosity: 0.5, spacing: 1e-3, roughness: 1e-6 });
     let still = [Accelerations::default(); 2];
     pair.advance(&mut two, &still, 1e-5).unwrap();
-    let (start, energy) = (momenta(&two), kinetic(&two));
+    let start = momenta(&two);
+    let energy = kinetic(&two);
     for _ in 0..40 {
         pair.advance(&mut two, &still, 5e-4).unwrap();
     }
-    let (end, left) = (momenta(&two), kinetic(&two) / energy);
+    let end = momenta(&two);
+    let left = kinetic(&two) / energy;
     println!("keeps {left:.4} of its energy, {:?}", pair.outcome().bodies);
     assert!((end[0] - start[0]).norm() < 1e-12 * start[0].norm());
     assert!((end[1] - start[1]).norm() < 1e-4 * start[0].norm() * 0.01);
@@ -380,7 +403,8 @@ fn meeting_at_end_of_substep_follows_from_its_middle() {
         free(&shape, vector![0.0303, 0.0497, 0.0295], vector![0.1, 0.4, 0.7]),
     ];
     two[0].velocity = vector![0.1, 0.5, 0.2];
-    (two[0].spin, two[1].spin) = (vector![3.0, -8.0, 5.0], vector![-6.0, 2.0, 9.0]);
+    two[0].spin = vector![3.0, -8.0, 5.0];
+    two[1].spin = vector![-6.0, 2.0, 9.0];
     let law = stiff(1e5, 1.0, 0.0);
     let off = |h: f64| {
         let mut held = contacts(&two, law, [0.1; 3], &[0, 1, 2], Substeps::Auto).law;

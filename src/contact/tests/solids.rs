@@ -74,7 +74,8 @@ fn polygon(corners: usize, half: [f64; 2], turn: f64, rounding: f64) -> Core {
         vector![edge.y, -edge.x, 0.0].normalize()
     };
     let inner = |k: usize| {
-        let (n, m) = (normal(k + corners - 1), normal(k));
+        let n = normal(k + corners - 1);
+        let m = normal(k);
         at(k) - rounding * (n + m) / (1.0 + n.dot(&m))
     };
     let face =

@@ -107,7 +107,8 @@ fn throw(body: &Body, wall: &Body, law: Material, steepest: f64, dice: &mut Dice
 
 /// What throws of many stones at a wall show: `name` says which.
 fn throw_all(
-    (name, degrees): (&str, f64),
+    name: &str,
+    degrees: f64,
     wall: Obstacle,
     count: usize,
     mut stone: impl FnMut(&mut Dice) -> Body,
@@ -126,7 +127,8 @@ fn throw_all(
             ..material(1.0, 1.0, if k % 2 == 0 { 0.0 } else { 0.3 })
         };
         let (most, depth) = throw(&body, &wall, law, steepest, &mut dice);
-        (worst, deepest) = (worst.max(most), deepest.max(depth / body.radius()));
+        worst = worst.max(most);
+        deepest = deepest.max(depth / body.radius());
     }
     println!("{name}: energy rises by {worst:.1e} at most, {deepest:.1e} of the radius deep");
     assert!(deepest > 0.0 && worst < 1.5e-3, "{name}: {worst:e} {deepest:e}");
@@ -138,12 +140,12 @@ fn stones_bounce_off_corners_of_any_angle() {
         for corners in 3..=8 {
             let wall = Obstacle::outlines(&[tip(degrees).to_vec()], &room(2)).unwrap();
             let name = format!("{corners} corners on {degrees} degrees");
-            throw_all((&name, degrees), wall, 34, |dice| free(stone(corners, dice)));
+            throw_all(&name, degrees, wall, 34, |dice| free(stone(corners, dice)));
         }
         let wall = Obstacle::outlines(&[tip(degrees).to_vec()], &room(2)).unwrap();
         let ellipse = || free(Ellipse::new([0.014, 0.006]));
         let name = format!("ellipses on {degrees} degrees");
-        throw_all((&name, degrees), wall, 34, |_| ellipse());
+        throw_all(&name, degrees, wall, 34, |_| ellipse());
     }
 }
 
@@ -151,7 +153,7 @@ fn stones_bounce_off_corners_of_any_angle() {
 fn polyhedra_bounce_off_edges_of_any_angle() {
     for degrees in [20.0, 40.0, 60.0, 90.0, 130.0] {
         let name = format!("polyhedra on {degrees} degrees");
-        throw_all((&name, degrees), ridge(degrees), 60, |dice| {
+        throw_all(&name, degrees, ridge(degrees), 60, |dice| {
             let mut at =
                 || 0.006 * vector![dice.about_zero(), dice.about_zero(), dice.about_zero()];
             let corners: Vec<_> = (0..9).map(|_| at()).collect();
@@ -167,7 +169,7 @@ fn stones_bounce_off_walls_thinner_than_their_skins() {
     for width in [2e-3, 5e-4, 1e-4, 2e-5] {
         for corners in [3, 4, 6] {
             let name = format!("{corners} corners on {width} m");
-            throw_all((&name, 0.0), blade(width), 40, |dice| free(stone(corners, dice)));
+            throw_all(&name, 0.0, blade(width), 40, |dice| free(stone(corners, dice)));
         }
     }
 }

@@ -15,7 +15,8 @@ fn moving_obstacle_carries_sphere_as_sliding_wall_does() {
     wall.law.setup.walls.iter_mut().filter(|w| w.axis == 1).for_each(|w| w.velocity = belt);
     let mut on_belt = vec![sphere, standing(bed(10, |_, _| BED), SIZE)];
     on_belt[0].centre.y += BED;
-    (on_belt[1].motion, on_belt[1].velocity) = (Motion::Prescribed(None), belt);
+    on_belt[1].motion = Motion::Prescribed(None);
+    on_belt[1].velocity = belt;
     let mut obstacle = contacts(&on_belt, law, SIZE, &[0, 1, 2], Substeps::Auto);
     for _ in 0..300 {
         wall.advance(&mut on_wall, &[accelerations(0.0, -G)], 1e-3).unwrap();
@@ -33,7 +34,8 @@ fn rising_obstacle_throws_ball_at_twice_its_speed() {
     let r = 0.01;
     let ball = body(Shape::Sphere, r, vector![0.2, BED + 1.05 * r, 0.1], Vector3::zeros());
     let mut all = [ball, standing(bed(10, |_, _| BED), SIZE)];
-    (all[1].motion, all[1].velocity.y) = (Motion::Prescribed(None), 0.5);
+    all[1].motion = Motion::Prescribed(None);
+    all[1].velocity.y = 0.5;
     let law = material(1.0, 1.0, 0.0);
     let mut held = contacts(&all, law, SIZE, &[0, 1, 2], Substeps::Auto);
     for _ in 0..20 {
@@ -46,13 +48,17 @@ fn rising_obstacle_throws_ball_at_twice_its_speed() {
 /// A cube on a turntable goes round with it.
 #[test]
 fn spinning_obstacle_carries_cube_round() {
-    let (h, arm, spin) = (0.01, 0.05, 2.0);
+    let h = 0.01;
+    let arm = 0.05;
+    let spin = 2.0;
     let law = Material { normal_stiffness: 1e5, ..material(1.0, 0.3, 1.0) };
     let cube = free(&solids::cuboid([h; 3], 5e-4), vector![0.2 + arm, 0.0, 0.1], Vector3::zeros());
     let mut all = [cube, standing(bed(10, |_, _| BED), SIZE)];
     all[0].centre.y = BED + h - all[0].mass() * G / 1e5 / 4.0f64.powf(0.25);
-    (all[0].velocity.z, all[0].spin.y) = (-arm * spin, spin);
-    (all[1].motion, all[1].spin.y) = (Motion::Prescribed(None), spin);
+    all[0].velocity.z = -arm * spin;
+    all[0].spin.y = spin;
+    all[1].motion = Motion::Prescribed(None);
+    all[1].spin.y = spin;
     let mut held = contacts(&all, law, SIZE, &[0, 1, 2], Substeps::Auto);
     let steps = 400;
     for _ in 0..steps {
@@ -129,10 +135,12 @@ fn lubrication_beside_obstacle_is_that_beside_wall() {
 
 /// Time (s) of a second of spheres that rain on a wall of the box or on an obstacle.
 fn time_of_rain(fine: usize) -> f64 {
-    let (r, mut dice) = (0.002, Dice(3));
+    let r = 0.002;
+    let mut dice = Dice(3);
     let mut all: Vec<Body> = (0..1000)
         .map(|k| {
-            let (i, j) = (k % 50, k / 50);
+            let i = k % 50;
+            let j = k / 50;
             let at = vector![0.0078 * i as f64 + 0.009, 1.5 * r, 0.0095 * j as f64 + 0.01];
             let mut one = body(Shape::Sphere, r, at, vector![0.2 * dice.about_zero(), 0.0, 0.0]);
             one.centre.y += if fine > 0 { BED } else { 0.0 };
