@@ -1,6 +1,5 @@
 //! PETSc's database of options: those of the user, and those of a built-in choice.
 
-use super::Session;
 use super::failure::check;
 use crate::{Error, Result};
 use petsc_sys as ffi;
@@ -13,7 +12,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Like PETSc's database, one for the process.
 static BUILT_IN: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 
-fn built_in() -> MutexGuard<'static, BTreeSet<String>> {
+pub(super) fn built_in() -> MutexGuard<'static, BTreeSet<String>> {
     BUILT_IN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -22,84 +21,8 @@ pub(super) fn c_string(text: &str) -> Result<CString> {
         .map_err(|_| Error::Usage(format!("a PETSc option holds a NUL character: {text:?}")))
 }
 
-impl Session {
-    /// Whether somebody set an option (`-ksp_type`).
-    pub fn has_option(&self, name: &str) -> Result<bool> {
-        let name = c_string(name)?;
-        let mut set: ffi::PetscBool = 0;
-        // SAFETY: null names the global database and no prefix; writes one PetscBool.
-        check("PetscOptionsHasName", unsafe {
-            ffi::PetscOptionsHasName(ptr::null_mut(), ptr::null(), name.as_ptr(), &mut set)
-        })?;
-        Ok(set != 0)
-    }
-
-    /// The value of an option in the database, if it is there.
-    pub fn option(&self, name: &str) -> Result<Option<String>> {
-        let named = all_pairs()?.into_iter().find(|(n, _)| format!("-{n}") == name);
-        Ok(named.map(|(_, value)| value))
-    }
-
-    /// The value of an option of our own: PETSc no longer counts it as unused.
-    pub fn used_option(&self, name: &str) -> Result<Option<String>> {
-        if self.has_option(name)? { self.option(name) } else { Ok(None) }
-    }
-
-    /// Sets an option of the built-in choice, unless the user has set it.
-    pub fn default_option(&self, name: &str, value: &str) -> Result<()> {
-        if self.has_option(name)? {
-            return Ok(());
-        }
-        let n = c_string(name)?;
-        let v = c_string(value)?;
-        // SAFETY: both strings are copied by PETSc.
-        check("PetscOptionsSetValue", unsafe {
-            ffi::PetscOptionsSetValue(ptr::null_mut(), n.as_ptr(), v.as_ptr())
-        })?;
-        built_in().insert(name.trim_start_matches('-').to_owned());
-        Ok(())
-    }
-
-    /// Takes the options of a built-in choice out again, before another is made.
-    pub fn forget_default_options(&self) -> Result<()> {
-        for name in std::mem::take(&mut *built_in()) {
-            let name = c_string(&format!("-{name}"))?;
-            // SAFETY: PETSc only reads the string.
-            check("PetscOptionsClearValue", unsafe {
-                ffi::PetscOptionsClearValue(ptr::null_mut(), name.as_ptr())
-            })?;
-        }
-        Ok(())
-    }
-
-    /// Whether the user set an option, and no built-in choice.
-    pub fn user_option(&self, name: &str) -> Result<bool> {
-        Ok(self.has_option(name)? && !built_in().contains(name.trim_start_matches('-')))
-    }
-
-    /// All options in force, as on a command line.
-    pub fn options(&self) -> Result<String> {
-        let pairs = all_pairs()?;
-        let words = pairs.iter().filter(|(n, _)| n != "no_signal_handler");
-        Ok(words
-            .map(|(n, v)| format!("-{n} {v}").trim_end().to_owned())
-            .collect::<Vec<_>>()
-            .join(" "))
-    }
-
-    /// Options that the user gave and nothing read.
-    pub fn unused_options(&self) -> Result<Vec<String>> {
-        // These are read while PETSc starts or ends, which its list of unused options does not
-        // always know.
-        let late = |n: &str| ["no_signal_handler", "log_view", "options_left"].contains(&n);
-        let ours = built_in();
-        let left = unused_pairs()?.into_iter().filter(|(n, _)| !late(n) && !ours.contains(n));
-        Ok(left.map(|(n, v)| format!("-{n} {v}").trim_end().to_owned()).collect())
-    }
-}
-
 /// All options in force, with their values.
-fn all_pairs() -> Result<Vec<(String, String)>> {
+pub(super) fn all_pairs() -> Result<Vec<(String, String)>> {
     let mut text: *mut c_char = ptr::null_mut();
     // SAFETY: PETSc allocates the string; it is copied before it is freed with PETSc's own free.
     let all = unsafe {
@@ -114,7 +37,7 @@ fn all_pairs() -> Result<Vec<(String, String)>> {
 }
 
 /// The options that nothing has read, with their values.
-fn unused_pairs() -> Result<Vec<(String, String)>> {
+pub(super) fn unused_pairs() -> Result<Vec<(String, String)>> {
     let mut n = 0;
     let mut names = ptr::null_mut();
     let mut values = ptr::null_mut();

@@ -48,19 +48,7 @@ pub(super) fn register() -> Result<Stages> {
 #[must_use]
 pub struct Logged {
     /// PETSc ends no earlier.
-    _session: Session,
-}
-
-impl Session {
-    /// Enters a stage of PETSc's log; the one before goes on when the value is dropped.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn log(&self, stage: LogStage) -> Result<Logged> {
-        // SAFETY: a number that PETSc gave, while it is running.
-        check("PetscLogStagePush", unsafe { ffi::PetscLogStagePush(self.stage(stage as usize)) })?;
-        Ok(Logged { _session: self.clone() })
-    }
+    pub(super) _session: Session,
 }
 
 impl Drop for Logged {

@@ -18,7 +18,7 @@ use super::bottom::Dense;
 use super::lattice::Lattice;
 use super::level::{Level, Single};
 use super::merged::{self, Merge};
-use super::sweeps::Pass;
+use super::sweeps::{self, Pass};
 use super::whole::Whole;
 use crate::petsc::Session;
 use crate::{Error, Result};
@@ -271,12 +271,12 @@ fn smooth(
     let level = &mut level[0];
     let mut coarse = coarse.first_mut();
     let mut bodies = bodies.filter(|(l, bodies)| bodies.on(*l));
-    if level.has_all() && bodies.is_none() {
-        level.pass_together(passes, coarse);
+    if level.layered && bodies.is_none() {
+        sweeps::pass_together(level, passes, coarse);
         return Ok(());
     }
     for pass in passes {
-        level.pass(*pass, coarse.as_deref_mut())?;
+        sweeps::pass(level, *pass, coarse.as_deref_mut())?;
         let (Some((l, bodies)), Pass::FromZero(omega) | Pass::Sweep(omega)) = (&mut bodies, pass)
         else {
             continue;

@@ -41,65 +41,57 @@ struct Fields<'a> {
     coarse: Option<&'a mut Level>,
 }
 
-impl Level {
-    /// Whether this rank can do several passes at once: it has all cells, and the layers have a
-    /// first and a last one.
-    pub fn has_all(&self) -> bool {
-        self.layered
-    }
-
-    /// All passes at once, where [`Level::has_all`]; `coarse` is the next level.
-    pub fn pass_together(&mut self, passes: &[Pass], coarse: Option<&mut Level>) {
-        let sweeps = passes.iter().filter(|pass| matches!(pass, Pass::Sweep(_))).count();
-        let mut fields = self.fields(coarse);
-        let layers = fields.layers();
-        simd(
-            #[inline(always)]
-            || {
-                for t in 0..layers + passes.len() - 1 {
-                    let mut from = 0;
-                    for (m, pass) in passes.iter().enumerate() {
-                        if m <= t && t - m < layers {
-                            fields.work(*pass, from, t - m);
-                        }
-                        from ^= usize::from(matches!(pass, Pass::Sweep(_)));
+/// All passes at once, of a level that is `layered`; `coarse` is the next level.
+pub fn pass_together(level: &mut Level, passes: &[Pass], coarse: Option<&mut Level>) {
+    let sweeps = passes.iter().filter(|pass| matches!(pass, Pass::Sweep(_))).count();
+    let mut fields = fields(level, coarse);
+    let layers = fields.layers();
+    simd(
+        #[inline(always)]
+        || {
+            for t in 0..layers + passes.len() - 1 {
+                let mut from = 0;
+                for (m, pass) in passes.iter().enumerate() {
+                    if m <= t && t - m < layers {
+                        fields.work(*pass, from, t - m);
                     }
+                    from ^= usize::from(matches!(pass, Pass::Sweep(_)));
                 }
-            },
-        );
-        if sweeps % 2 == 1 {
-            std::mem::swap(&mut self.x, &mut self.next);
-        }
+            }
+        },
+    );
+    if sweeps % 2 == 1 {
+        std::mem::swap(&mut level.x, &mut level.next);
     }
+}
 
-    /// One pass. After a sweep `next` holds what it started from. Collective.
-    pub fn pass(&mut self, pass: Pass, coarse: Option<&mut Level>) -> Result<()> {
-        if matches!(pass, Pass::Sweep(_) | Pass::Restrict) {
-            exchange(&mut self.halo, self.lattice.axes, &mut self.x)?;
-        }
-        let mut fields = self.fields(coarse);
-        let layers = fields.layers();
-        simd(
-            #[inline(always)]
-            || {
-                for layer in 0..layers {
-                    fields.work(pass, 0, layer);
-                }
-            },
-        );
-        if matches!(pass, Pass::Sweep(_)) {
-            std::mem::swap(&mut self.x, &mut self.next);
-        }
-        Ok(())
+/// One pass. After a sweep `next` holds what it started from. Collective.
+pub fn pass(level: &mut Level, pass: Pass, coarse: Option<&mut Level>) -> Result<()> {
+    if matches!(pass, Pass::Sweep(_) | Pass::Restrict) {
+        exchange(&mut level.halo, level.lattice.axes, &mut level.x)?;
     }
+    let mut fields = fields(level, coarse);
+    let layers = fields.layers();
+    simd(
+        #[inline(always)]
+        || {
+            for layer in 0..layers {
+                fields.work(pass, 0, layer);
+            }
+        },
+    );
+    if matches!(pass, Pass::Sweep(_)) {
+        std::mem::swap(&mut level.x, &mut level.next);
+    }
+    Ok(())
+}
 
-    fn fields<'a>(&'a mut self, coarse: Option<&'a mut Level>) -> Fields<'a> {
-        let Level { lattice, g, inverse, x, b, next, row, factor, wraps, .. } = self;
-        let lattice = *lattice;
-        let factor = *factor;
-        let wraps = *wraps;
-        Fields { lattice, g, inverse, b, x: [x, next], row, factor, wraps, coarse }
-    }
+fn fields<'a>(level: &'a mut Level, coarse: Option<&'a mut Level>) -> Fields<'a> {
+    let Level { lattice, g, inverse, x, b, next, row, factor, wraps, .. } = level;
+    let lattice = *lattice;
+    let factor = *factor;
+    let wraps = *wraps;
+    Fields { lattice, g, inverse, b, x: [x, next], row, factor, wraps, coarse }
 }
 
 impl Fields<'_> {
