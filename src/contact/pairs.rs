@@ -235,8 +235,8 @@ impl Found<'_> {
         }
     }
 
-    /// Adds the pairs of the parts of a body with the regions of an obstacle within reach. The image of
-    /// the obstacle is the nearest one, as it has its images in itself.
+    /// Adds the pairs of the parts of a body with the regions of an obstacle within reach. The
+    /// image of the obstacle is the nearest one, as it has its images in itself.
     fn add_obstacle(&mut self, o: usize, reach: Reach, regions: &mut Regions) {
         let Found { setup, states, bodies, first: i, .. } = *self;
         let body = &bodies[i];

@@ -1,5 +1,5 @@
-//! A run's folder: who may use it, its logs, its tables, its snapshots and its summary. Lives on rank
-//! 0. docs/output.md says what each column is.
+//! A run's folder: who may use it, its logs, tables, snapshots and summary. Lives on rank 0.
+//! docs/output.md says what each column is.
 
 mod log;
 mod permission;

@@ -67,7 +67,7 @@ pub fn remove<const D: usize>(scene: &mut Scene<D>, case: &Case, k: usize) -> Re
 /// has. Collective.
 ///
 /// # Errors
-/// As [`Scene::remove`].
+/// As [`remove`].
 pub fn bring<const D: usize>(
     scene: &mut Scene<D>,
     case: &Case,
@@ -85,7 +85,7 @@ pub fn bring<const D: usize>(
 /// Collective.
 ///
 /// # Errors
-/// As [`Scene::remove`].
+/// As [`remove`].
 pub fn admit<const D: usize>(scene: &mut Scene<D>, case: &Case) -> Result<Vec<Body>> {
     let mut came: Vec<Body> = Vec::new();
     // Where a body has found no place, none that is as large tries in this step.

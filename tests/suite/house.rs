@@ -427,8 +427,8 @@ fn sources_are_read_past_texts_and_brackets() {
     assert_eq!(fields(types), [("A", 2)]);
     let methods = "\nimpl<F: Fn() -> B> A<F> {}\nimpl J {}\nimpl K for J {}\nimpl dyn L + '_ {}\n";
     assert_eq!(guests(&(types.to_owned() + methods)), ["J", "L"]);
-    let bound = "\n let (a, b) = (x, y);\n (a, b) = (b, a);\n let (a, mut b): (A, B) =\n (x(1), y);\n\
-        \x20let (a, b) = f(x, y);\n (a.0, b) = (x, y);\n (a, b) == (x, y);\n";
+    let bound = "\n let (a, b) = (x, y);\n (a, b) = (b, a);\n let (a, mut b): (A, B) =\n \
+        (x(1), y);\n let (a, b) = f(x, y);\n (a.0, b) = (x, y);\n (a, b) == (x, y);\n";
     assert_eq!(bound_together(bound), ["a, b", "a, mut b", "a.0, b"]);
     let functions = "fn f<F: Fn(A, B)>((a, b): (A, B)) {}\nfn g(f: impl Fn((A, B)), [a, b]: C) {}";
     assert_eq!(taking_apart(functions), ["f"]);

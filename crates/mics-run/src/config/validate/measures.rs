@@ -75,7 +75,6 @@ pub(in crate::config) fn measures(case: &Case) -> Check {
 
 /// Checks its keys; its name is its `own` where no earlier measure has it.
 fn check(measure: &Measure, case: &Case, own: bool) -> Check {
-    let measure = measure;
     let Measure { name, kind, from, speed, length, .. } = measure;
     ensure!(!name.is_empty(), "name", "is empty: give each measure a name");
     printable("name", Some(name))?;
