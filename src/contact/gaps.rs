@@ -3,8 +3,8 @@
 use super::WallSide;
 use super::arms::PairImpulse;
 use super::lubrication::Lubrication;
-use super::meeting::{Layout, Meeting};
-use super::pair::{Pair, Partner};
+use super::meeting::Layout;
+use super::pair::{Meeting, Pair, Partner};
 use nalgebra::Vector3;
 
 /// Part of a gap by which it may change before what fills it is found anew.

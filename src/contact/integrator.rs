@@ -4,9 +4,9 @@
 use super::arms::{Arms, PairImpulse};
 use super::body::ContactBody;
 use super::law::Kinematics;
-use super::meeting::{Layout, Meeting};
+use super::meeting::Layout;
 use super::outcome::Outcome;
-use super::pair::{Met, Pair};
+use super::pair::{Meeting, Met, Pair};
 use super::pairs::{Pairs, Way, together};
 use super::setup::Setup;
 use super::{Impulse, count, gaps, overlap, rolling};

@@ -3,40 +3,13 @@
 use super::arms::Arms;
 use super::body::ContactBody;
 use super::law::{Kinematics, Law};
-use super::pair::{Met, Pair, Partner};
+use super::pair::{Meeting, Met, Pair, Partner};
 use super::response::InverseMass;
 use super::setup::Setup;
 use super::{Wall, obstacle};
 use crate::particles::{Accelerations, Body};
-use mics_shapes::{Mesh, Obstacle, Part, Pose, Regions, Touch, touch_region};
+use mics_shapes::{Mesh, Obstacle, Part, Pose, Regions, touch_region};
 use nalgebra::Vector3;
-
-/// Where a pair touches.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting {
-    /// From the first to the second.
-    pub(super) normal: Vector3<f64>,
-    /// Negative where they do not (m).
-    pub(super) overlap: f64,
-    /// By how much the overlap of a patch grows where the two approach at its place.
-    pub(super) gain: f64,
-    pub(super) arms: Arms,
-    /// Radius of the patch (m).
-    pub(super) spread: f64,
-    /// Local radii of curvature (m).
-    pub(super) radii: [f64; 2],
-    /// Relative velocity of the centres (m/s).
-    pub(super) velocity: Vector3<f64>,
-    /// Speed of approach at the contact (m/s).
-    pub(super) approach: f64,
-}
-
-impl Meeting {
-    /// Whether they touch during a substep `h` (s) in whose middle this is.
-    pub(super) fn touches(&self, h: f64) -> bool {
-        self.overlap > 0.0 || self.overlap + 0.5 * h * (self.gain * self.approach).abs() > 0.0
-    }
-}
 
 /// The bodies as they lie now, and how they respond: what a pair's meeting is found from.
 #[derive(Clone, Copy)]
@@ -302,41 +275,5 @@ impl<'a> Layout<'a> {
         let [tt, ts, ss] = [response(&t, &t), response(&t, &s), response(&s, &s)];
         let across = 0.5 * (tt + ss) + (0.25 * (tt - ss) * (tt - ss) + ts * ts).sqrt();
         [response(normal, normal), across]
-    }
-}
-
-impl Meeting {
-    /// That of two parts whose centres are so far from the place (m) and have a relative velocity
-    /// (m/s), and spins (rad/s).
-    pub(super) fn of(
-        touch: &Touch,
-        to: [Vector3<f64>; 2],
-        velocity: Vector3<f64>,
-        spins: [&Vector3<f64>; 2],
-    ) -> Meeting {
-        let &Touch { normal, overlap, gain, couple, spread, radii, .. } = touch;
-        let arms = Arms { to, normal, couple };
-        let approach = (velocity + arms.turning(spins)).dot(&normal);
-        Meeting { normal, overlap, gain, arms, spread, radii, velocity, approach }
-    }
-
-    /// That of two parts beyond what a soft contact can be: as deep as the skins are thick.
-    fn too_deep(
-        parts: [&Part; 2],
-        way: &Vector3<f64>,
-        to: [Vector3<f64>; 2],
-        velocity: Vector3<f64>,
-    ) -> Meeting {
-        let normal = way.try_normalize(0.0).unwrap_or_else(Vector3::x);
-        Meeting {
-            normal,
-            overlap: parts[0].rounding + parts[1].rounding,
-            gain: 1.0,
-            arms: Arms { to, normal, couple: 0.0 },
-            spread: 0.0,
-            radii: parts.map(|part| part.radius),
-            velocity,
-            approach: velocity.dot(&normal),
-        }
     }
 }

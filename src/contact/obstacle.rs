@@ -7,12 +7,9 @@
 //!       faces          has it then goes on with the spring
 //! ```
 
-use super::body::Form;
-use super::pair::crossed;
-use super::pairs::Found;
 use crate::geometry::Orientation;
-use crate::particles::{Body, nearest_image};
-use mics_shapes::{Obstacle, Part, Pose, Reach, Regions};
+use crate::particles::Body;
+use mics_shapes::{Part, Pose};
 use nalgebra::Vector3;
 
 /// What `take` makes of a part of a body, of a round one itself.
@@ -29,28 +26,4 @@ pub(super) fn seen(apart: &Vector3<f64>, own: Option<&Orientation>, its: &Orient
     let back = its.inverse();
     let orientation = own.map_or_else(Orientation::identity, |own| back * own);
     Pose { place: -(back * apart), orientation }
-}
-
-/// Adds the pairs of the parts of a body with the regions of an obstacle within reach. The image of
-/// the obstacle is the nearest one, as it has its images in itself.
-pub(super) fn add_pairs(found: &mut Found, o: usize, reach: Reach, regions: &mut Regions) {
-    let Found { setup, states, bodies, first: i, .. } = *found;
-    let body = &bodies[i];
-    let wall = &bodies[o];
-    let periods = &setup.periods;
-    let Some(faces) = wall.shape().obstacle().map(Obstacle::faces) else { return };
-    let apart = nearest_image(&body.centre, &wall.centre, periods);
-    let further = apart - (wall.centre - body.centre);
-    let image = Vector3::from_fn(|a, _| periods[a].map_or(0.0, |l| (further[a] / l).round()));
-    let image = image - crossed(bodies, i, o, periods);
-    let orientation = body.orientation();
-    let turns = states[i].form != Form::Round;
-    let own = seen(&apart, turns.then_some(&orientation), &wall.orientation());
-    for k in 0..body.parts().len().max(1) {
-        with_part(body, k, |part| {
-            for region in regions.find(faces, part, &own, reach) {
-                found.add_region(o, image, k, region, regions.get(region));
-            }
-        });
-    }
 }

@@ -5,8 +5,8 @@ use super::meeting::Layout;
 use super::pair::{Pair, crossed};
 use super::setup::Setup;
 use super::{Touching, Wall, obstacle};
-use crate::particles::{Body, Neighbours};
-use mics_shapes::{Reach, Region, Regions};
+use crate::particles::{Body, Neighbours, nearest_image};
+use mics_shapes::{Obstacle, Reach, Region, Regions};
 use nalgebra::Vector3;
 
 /// The pairs that could meet.
@@ -177,11 +177,11 @@ pub(super) fn together(pair: &Pair, ways: &[Way], of: impl Fn(&Way) -> f64) -> f
 }
 
 /// The pairs of a body while they are found: they go on with those before.
-pub(super) struct Found<'a> {
-    pub(super) setup: &'a Setup,
-    pub(super) states: &'a [ContactBody],
-    pub(super) bodies: &'a [Body],
-    pub(super) first: usize,
+struct Found<'a> {
+    setup: &'a Setup,
+    states: &'a [ContactBody],
+    bodies: &'a [Body],
+    first: usize,
     before: &'a [Pair],
     list: &'a mut Vec<Pair>,
     ways: &'a mut [Way],
@@ -231,7 +231,31 @@ impl Found<'_> {
         for &o in &self.setup.obstacles {
             let all = search_radius[self.first] + search_radius[o];
             let reach = Reach { all, touched: all - self.setup.medium.range() };
-            obstacle::add_pairs(self, o, reach, regions);
+            self.add_obstacle(o, reach, regions);
+        }
+    }
+
+    /// Adds the pairs of the parts of a body with the regions of an obstacle within reach. The image of
+    /// the obstacle is the nearest one, as it has its images in itself.
+    fn add_obstacle(&mut self, o: usize, reach: Reach, regions: &mut Regions) {
+        let Found { setup, states, bodies, first: i, .. } = *self;
+        let body = &bodies[i];
+        let wall = &bodies[o];
+        let periods = &setup.periods;
+        let Some(faces) = wall.shape().obstacle().map(Obstacle::faces) else { return };
+        let apart = nearest_image(&body.centre, &wall.centre, periods);
+        let further = apart - (wall.centre - body.centre);
+        let image = Vector3::from_fn(|a, _| periods[a].map_or(0.0, |l| (further[a] / l).round()));
+        let image = image - crossed(bodies, i, o, periods);
+        let orientation = body.orientation();
+        let turns = states[i].form != Form::Round;
+        let own = obstacle::seen(&apart, turns.then_some(&orientation), &wall.orientation());
+        for k in 0..body.parts().len().max(1) {
+            obstacle::with_part(body, k, |part| {
+                for region in regions.find(faces, part, &own, reach) {
+                    self.add_region(o, image, k, region, regions.get(region));
+                }
+            });
         }
     }
 
@@ -243,7 +267,7 @@ impl Found<'_> {
     }
 
     /// Adds the pair of a part of the body with a region of an obstacle.
-    pub(super) fn add_region(
+    fn add_region(
         &mut self,
         second: usize,
         image: Vector3<f64>,

@@ -21,8 +21,8 @@
 //! radius of the patch: its friction acts at one place.
 
 use super::law::Kinematics;
-use super::meeting::{Layout, Meeting};
-use super::pair::Pair;
+use super::meeting::Layout;
+use super::pair::{Meeting, Pair};
 use super::response::InverseMass;
 use crate::numerics::ROLLING_DAMPING;
 use nalgebra::Vector3;
