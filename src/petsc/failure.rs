@@ -1,6 +1,5 @@
 //! PETSc's failures, in its own words: a handler keeps the message, and a code becomes an error.
 
-use super::krylov::Ended;
 use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::ffi::{CStr, c_char, c_int, c_void};
@@ -67,6 +66,13 @@ pub(super) fn reason_name(reason: ffi::KSPConvergedReason) -> String {
             CStr::from_ptr(name).to_string_lossy().into_owned()
         }
     }
+}
+
+/// PETSc's reason for the end of a solve, positive where it has converged, and its iterations.
+#[derive(Clone, Copy)]
+pub(super) struct Ended {
+    pub reason: ffi::KSPConvergedReason,
+    pub iterations: u32,
 }
 
 /// PETSc's `KSP_DIVERGED_ITS`: more iterations than `-ksp_max_it` allows.

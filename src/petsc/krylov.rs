@@ -2,7 +2,7 @@
 
 use super::Session;
 use super::choice::{bad_option, number, relative_tolerance};
-use super::failure::check;
+use super::failure::{Ended, check};
 use super::layout::Layout;
 use super::vector::Vectors;
 use crate::Result;
@@ -23,13 +23,6 @@ pub(super) struct Krylov {
     divergence_tolerance: f64,
     /// Whether a solve has come through: what PETSc refuses before that, an option asked for.
     proven: bool,
-}
-
-/// PETSc's reason for the end of a solve, positive where it has converged, and its iterations.
-#[derive(Clone, Copy)]
-pub(super) struct Ended {
-    pub reason: ffi::KSPConvergedReason,
-    pub iterations: u32,
 }
 
 impl Krylov {

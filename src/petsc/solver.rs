@@ -10,9 +10,9 @@ use super::Session;
 use super::choice::{
     Choice, default_options, refuse_empty_views, refuse_what_ends_the_program, writes_numbers,
 };
-use super::failure::{OVERFLOWN, failed_once, failed_twice, overflown};
+use super::failure::{Ended, OVERFLOWN, failed_once, failed_twice, overflown};
 use super::history::{History, System};
-use super::krylov::{Ended, Krylov};
+use super::krylov::Krylov;
 use super::layout::Layout;
 use super::matrix::{Constants, Matrix};
 use super::operator::{BOXMG, Operator, Shell};

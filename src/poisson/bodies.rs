@@ -222,8 +222,8 @@ impl Bodies {
         (0..30).take_while(levels).count()
     }
 
-    /// Makes ready for smoothing on level `l`, in units in which the finest level's largest face is 1:
-    /// `scale` times the weights. Raises the diagonal where bodies lie. Collective.
+    /// Makes ready for smoothing on level `l`, in units in which the finest level's largest face is
+    /// 1: `scale` times the weights. Raises the diagonal where bodies lie. Collective.
     pub fn prepare(&mut self, l: usize, level: &mut Level, scale: f64) -> Result<()> {
         if l == 0 {
             // In these units a weight times the body's cells is the fluid's density over the

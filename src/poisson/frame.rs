@@ -1,7 +1,6 @@
 //! The way from the indices of a field, with its own layers of ghosts, to the cells and faces of a
 //! [`Lattice`].
 
-use super::bodies::ModeFace;
 use super::lattice::Lattice;
 use crate::grid::Grid;
 use crate::petsc::Layout;
@@ -26,17 +25,17 @@ impl Frame {
         }
     }
 
-    /// Where a face lies on the lattice, counted along each axis from its layer of ghosts; `None`
-    /// beyond the faces of its cells.
-    pub fn on_lattice(&self, face: &ModeFace) -> Option<[usize; 3]> {
+    /// Where the face at a field's index, across an axis, lies on the lattice, counted along each
+    /// axis from its layer of ghosts; `None` beyond the faces of its cells.
+    pub fn on_lattice(&self, face: u32, across: usize) -> Option<[usize; 3]> {
         let Lattice { n, axes, .. } = self.lattice;
-        let index = |a: usize| (face.face / self.stride[a] as u32 % self.stored[a] as u32) as usize;
+        let index = |a: usize| (face / self.stride[a] as u32 % self.stored[a] as u32) as usize;
         // -1 and below stand beyond the layer of ghosts.
         let at = std::array::from_fn(|a| match a < axes {
             true => (index(a) + 1).wrapping_sub(self.ghosts),
             false => 0,
         });
-        let last = |a: usize| n[a] + usize::from(a == face.axis as usize);
+        let last = |a: usize| n[a] + usize::from(a == across);
         (0..axes).all(|a| (1..=last(a)).contains(&at[a])).then_some(at)
     }
 

@@ -106,8 +106,8 @@ impl SurfaceCells {
             let (own, others) = rest.split_at(count);
             rest = others;
             for e in own {
-                let Some(at) = frame.on_lattice(e) else { continue };
                 let axis = e.axis as usize;
+                let Some(at) = frame.on_lattice(e.face, axis) else { continue };
                 let mode = (e.mode as usize % axes) as u8;
                 let place = (0..axes).map(|a| at[a] * lattice.stride[a]).sum::<usize>() as u32;
                 self.faces.push(Face {

@@ -160,7 +160,8 @@ fn tiles(run: &Run) -> Markup {
                 div { dt { "Krylov iterations" }
                     dd { (short(s.krylov_iterations as f64 / s.steps.max(1) as f64)) " "
                     small { "a step" } } }
-                div { dt { "Peak memory" } dd { (format!("{:.0}", s.cost.peak_memory_bytes / 1e6)) " "
+                div { dt { "Peak memory" }
+                    dd { (format!("{:.0}", s.cost.peak_memory_bytes / 1e6)) " "
                     small { "MB" } } }
             }
         }
