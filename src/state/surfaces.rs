@@ -1,9 +1,9 @@
 //! What sharp surfaces have of the past ([`crate::method::sharp`] has the formulas).
 
-use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::grid::{Grid, VectorField};
 use crate::particles::{Accelerations, Load};
+use crate::{Error, Result};
 use nalgebra::Vector3;
 
 /// What lasts of sharp surfaces.
@@ -47,6 +47,16 @@ pub struct BodyHistory {
 }
 
 impl<const D: usize> SurfaceHistory<D> {
+    /// That of a state that has sharp surfaces.
+    ///
+    /// # Errors
+    /// When it has none: it is another method's.
+    pub fn of(surfaces: &mut Option<SurfaceHistory<D>>) -> Result<&mut SurfaceHistory<D>> {
+        surfaces.as_mut().ok_or_else(|| {
+            Error::Run("the state has no history of sharp surfaces: start it with them".into())
+        })
+    }
+
     /// Nothing has happened yet to so many bodies.
     pub fn new(grid: &Grid<D>, bodies: usize) -> SurfaceHistory<D> {
         SurfaceHistory {

@@ -10,14 +10,13 @@
 //! of this line differ by is the error.
 
 use super::body_motion::BodyMotion;
-use super::history;
 use super::rigid::RigidStep;
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::kernels::boundary::{self, Sides};
 use crate::particles::Body;
-use crate::state::{Balance, Impulses, State};
+use crate::state::{Balance, Impulses, State, SurfaceHistory};
 use nalgebra::{Matrix3x4, Vector3};
 
 /// The momentum of the cells of this rank (kg m/s).
@@ -32,7 +31,7 @@ fn cells_momentum<const D: usize>(domain: &Domain<D>, s: &State<D>) -> Vector3<f
 
 /// The momentum of everything in the box (kg m/s), of which all cells have `cells`.
 fn total_momentum<const D: usize>(s: &mut State<D>, cells: Vector3<f64>) -> Result<Vector3<f64>> {
-    let histories = &history(&mut s.surfaces)?.bodies;
+    let histories = &SurfaceHistory::of(&mut s.surfaces)?.bodies;
     let beside = s.bodies.iter().zip(histories).map(|(body, history)| {
         let own =
             if body.freedom().is_some() { body.mass() * body.velocity } else { Vector3::zeros() };

@@ -1,15 +1,15 @@
 //! Face velocities beside a surface: predicted with their correction (formulas in the parent).
 
+use super::StepNumbers;
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
-use super::{StepNumbers, history};
 use crate::Result;
 use crate::domain::Domain;
 use crate::geometry::{Cut, FaceCentroids};
 use crate::grid::{Grid, VectorField, simd};
 use crate::kernels::faces::means;
 use crate::particles::Body;
-use crate::state::State;
+use crate::state::{State, SurfaceHistory};
 
 /// (8): face velocities from those of the cells, ghosts filled, the correction, of which the
 /// part `numbers.keep` stays on the faces that a body cuts and `numbers.keep_open` on the
@@ -29,7 +29,7 @@ pub fn interpolate<const D: usize>(
     let grid = &domain.grid;
     let acceleration = &acceleration.faces;
     let State { u, faces, bodies, surfaces, .. } = s;
-    let correction = &mut history(surfaces)?.correction;
+    let correction = &mut SurfaceHistory::of(surfaces)?.correction;
     cut.corrections_before.clear();
     for (axis, correction) in correction.iter().enumerate() {
         for body in cut.bodies.iter() {

@@ -14,7 +14,6 @@
 
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
-use super::history;
 use super::modes::Modes;
 use super::pressure_step::PressureStep;
 use super::rigid::RigidStep;
@@ -23,7 +22,7 @@ use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::faces;
 use crate::particles::{Impulse, Load, velocities};
-use crate::state::{BeforeForcing, State};
+use crate::state::{BeforeForcing, State, SurfaceHistory};
 use nalgebra::{Matrix3, Vector3};
 
 /// Lets the fluid give way to the bodies of these numbers, which come in; all free ones follow the
@@ -44,7 +43,7 @@ pub fn give_way<const D: usize>(
     let drive = s.drive;
     // What the last surface changed of the cells, and the last step of the faces, stays what it
     // was.
-    shift(&mut history(&mut s.surfaces)?.before_forcing, -1.0, &s.u);
+    shift(&mut SurfaceHistory::of(&mut s.surfaces)?.before_forcing, -1.0, &s.u);
     add(&mut s.faces_before, -1.0, &s.faces);
     for (k, cut) in cut.bodies.each().filter(|(k, _)| ids.contains(&s.bodies[*k].id)) {
         cut.cover_faces(&s.bodies[k], &mut s.faces);
@@ -62,7 +61,7 @@ pub fn give_way<const D: usize>(
     project(domain, s, cut, acceleration, rigid, Some(modes))?;
     rigid.defer(domain, s, cut)?;
     add(&mut s.faces_before, 1.0, &s.faces);
-    let surfaces = history(&mut s.surfaces)?;
+    let surfaces = SurfaceHistory::of(&mut s.surfaces)?;
     add(&mut surfaces.correction, 1.0, &acceleration.faces);
     shift(&mut surfaces.before_forcing, 1.0, &s.u);
     s.p = p;

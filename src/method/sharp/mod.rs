@@ -110,7 +110,7 @@ use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::{Balance, BeforeForcing, Exchange, State, SurfaceHistory};
-use crate::{Error, Result};
+use crate::Result;
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
 pub use gap::reach as gap_reach;
@@ -193,7 +193,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         let Sharp { cut, acceleration, rigid, .. } = self;
         impulsive_start::project(domain, s, cut, acceleration, rigid, None)?;
         s.drive = domain.drive_at_start();
-        let surfaces = history(&mut s.surfaces)?;
+        let surfaces = SurfaceHistory::of(&mut s.surfaces)?;
         copy(&s.faces, &mut surfaces.correction);
         surfaces.before_forcing.reserve(self.cut.most_ghost_cells());
         self.rigid.give_past(domain, s, &self.cut, |_| true)?;
@@ -212,7 +212,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         // Ghosts depend on which boundaries bodies are near to.
         self.settle(domain, &s.bodies)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
-        history(&mut s.surfaces)?.before_forcing.reserve(self.cut.most_ghost_cells());
+        SurfaceHistory::of(&mut s.surfaces)?.before_forcing.reserve(self.cut.most_ghost_cells());
         self.acceleration.of_pressure(domain, &mut self.cut, &s.bodies, &s.p, s.drive);
         Ok(())
     }
@@ -360,7 +360,7 @@ impl<const D: usize> Sharp<D> {
             domain.clock.lap(Stage::Assembly);
         }
         if numbers.keep > 0.0 || numbers.crowded {
-            let surfaces = history(&mut s.surfaces)?;
+            let surfaces = SurfaceHistory::of(&mut s.surfaces)?;
             let stage = &mut self.prediction.stage;
             copy(&s.u, stage);
             if moves {
@@ -482,7 +482,7 @@ impl<const D: usize> Sharp<D> {
         acceleration::add_cut_cells(cut, domain, dt, Some(&mut rigid.exchanged), &mut s.u);
         domain.clock.lap(Stage::Faces);
         domain.boundaries.fill_velocity(&mut s.u)?;
-        let before_forcing = &mut history(&mut s.surfaces)?.before_forcing;
+        let before_forcing = &mut SurfaceHistory::of(&mut s.surfaces)?.before_forcing;
         cut.take_before_forcing(&s.u, before_forcing);
         let now = velocities(&s.bodies);
         cut.set_ghost_cells(domain, now, false, Some(&mut rigid.exchanged), &mut s.u);
@@ -505,18 +505,6 @@ impl<const D: usize> Sharp<D> {
         let deep = domain.session.size() > 1 || self.cut.near_boundaries(&domain.grid, bodies);
         domain.boundaries.set_velocity_layers(deep)
     }
-}
-
-/// The history of a state that has sharp surfaces.
-///
-/// # Errors
-/// When it has none: it is another method's.
-fn history<const D: usize>(
-    surfaces: &mut Option<SurfaceHistory<D>>,
-) -> Result<&mut SurfaceHistory<D>> {
-    surfaces.as_mut().ok_or_else(|| {
-        Error::Run("the state has no history of sharp surfaces: start it with them".into())
-    })
 }
 
 fn copy<const D: usize>(from: &VectorField<D>, to: &mut VectorField<D>) {

@@ -6,7 +6,7 @@ use super::cut::CutBodies;
 use super::gap::Shares;
 use super::load::{cell_momenta, surface_forces};
 use super::sums::{Sums, SurfaceForces};
-use super::{StepNumbers, contact_correction, history};
+use super::{StepNumbers, contact_correction};
 use crate::Result;
 use crate::clock::Stage;
 use crate::contact::{Contacts, Impulse};
@@ -16,7 +16,7 @@ use crate::method::collision::refuse_collisions;
 use crate::numerics::{DEFECT_DECAY, DEFECT_TIME};
 use crate::particles::{Accelerations, Body, Load, gap, nearest_image};
 use crate::petsc::LogStage;
-use crate::state::{BodyHistory, Exchange, State};
+use crate::state::{BodyHistory, Exchange, State, SurfaceHistory};
 use nalgebra::Vector3;
 
 /// The bodies within a step.
@@ -85,7 +85,7 @@ impl RigidStep {
         dt: f64,
     ) -> Result<()> {
         let shear = ShearUnit::new(domain, h);
-        let histories = &history(&mut s.surfaces)?.bodies;
+        let histories = &SurfaceHistory::of(&mut s.surfaces)?.bodies;
         for (k, (accelerations, history)) in
             self.accelerations.iter_mut().zip(histories).enumerate()
         {
@@ -117,7 +117,7 @@ impl RigidStep {
     ) -> Result<()> {
         let periods = domain.periods();
         let shear = ShearUnit::new(domain, h);
-        let histories = &mut history(&mut s.surfaces)?.bodies;
+        let histories = &mut SurfaceHistory::of(&mut s.surfaces)?.bodies;
         for (body, history) in
             s.bodies.iter_mut().zip(histories).filter(|(body, _)| body.freedom().is_some())
         {
@@ -160,7 +160,7 @@ impl RigidStep {
         let forces = surface_forces(domain, cut, s, &mut self.sums)?;
         let fluid = &domain.fluid;
         let unit = ShearUnit::new(domain, cut.h);
-        let histories = &mut history(&mut s.surfaces)?.bodies;
+        let histories = &mut SurfaceHistory::of(&mut s.surfaces)?.bodies;
         for (k, forces) in forces.iter().enumerate() {
             let SurfaceForces { pressure, shear } = *forces;
             let impulse =
@@ -294,7 +294,8 @@ impl RigidStep {
     ) -> Result<()> {
         self.exchanged.fill(Impulse::default());
         let momenta = cell_momenta(domain, cut, &self.exchanged, s, &mut self.sums)?;
-        let all = history(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(momenta);
+        let all =
+            SurfaceHistory::of(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(momenta);
         for ((history, body), momentum) in all.filter(|((_, body), _)| of(body.id)) {
             history.inside = momentum.whole(domain.fluid.density, body);
         }
@@ -313,7 +314,7 @@ impl RigidStep {
     ) -> Result<()> {
         let _logged = domain.session.log(LogStage::Bodies)?;
         let momenta = cell_momenta(domain, cut, &self.exchanged, s, &mut self.sums)?;
-        let histories = &mut history(&mut s.surfaces)?.bodies;
+        let histories = &mut SurfaceHistory::of(&mut s.surfaces)?.bodies;
         for (k, momentum) in momenta.iter().enumerate() {
             let Impulse { linear: given, angular: spun } = momentum.exchanged;
             let body = &s.bodies[k];
@@ -435,7 +436,7 @@ impl RigidStep {
         let Some(contacts) = &self.contacts else { return Ok(()) };
         let followed = &mut self.correction.followed;
         contacts.find_followed(&s.bodies, followed);
-        let histories = history(&mut s.surfaces)?.bodies.iter_mut();
+        let histories = SurfaceHistory::of(&mut s.surfaces)?.bodies.iter_mut();
         for (((history, body), motion), time) in
             histories.zip(&s.bodies).zip(&self.motions).zip(followed)
         {
@@ -473,7 +474,7 @@ impl RigidStep {
                 .map_or(body.mass() + added, |contacts| contacts.setup().mass_in_contact(body));
             body.freedom().map_or_else(Vector3::zeros, |freedom| freedom.along(&pull) / mass)
         };
-        let all = history(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(forces);
+        let all = SurfaceHistory::of(&mut s.surfaces)?.bodies.iter_mut().zip(&s.bodies).zip(forces);
         for (k, ((history, body), forces)) in
             all.enumerate().filter(|(_, ((_, body), _))| new(body.id))
         {
@@ -494,7 +495,7 @@ impl RigidStep {
         cut: &CutBodies<D>,
     ) -> Result<()> {
         let momenta = cell_momenta(domain, cut, &self.exchanged, s, &mut self.sums)?;
-        let histories = history(&mut s.surfaces)?.bodies.iter_mut().zip(momenta);
+        let histories = SurfaceHistory::of(&mut s.surfaces)?.bodies.iter_mut().zip(momenta);
         for (((history, momentum), body), motion) in histories
             .zip(&s.bodies)
             .zip(&self.motions)
