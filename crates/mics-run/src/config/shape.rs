@@ -1,14 +1,89 @@
 //! Shapes of bodies as they are typed.
 
 mod build;
-mod geometry;
+mod clump;
+mod ellipse;
+mod ellipsoid;
 pub(in crate::config) mod outline;
+mod polygon;
+mod polyhedron;
 pub mod solid;
+mod superquadric;
 
+use crate::config::fault::{Check, Fault, positive};
 pub(in crate::config) use build::build;
 pub(in crate::config) use build::sensible;
+pub use clump::{Ball, Clump};
+pub use ellipse::Ellipse;
+pub use ellipsoid::Ellipsoid;
+use mics_shapes::Shape as Geometry;
+pub use polygon::Polygon;
+pub use polyhedron::Polyhedron;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::sync::Arc;
+pub use superquadric::Superquadric;
+
+/// What a shape that is not round does with what is typed of it. A shape is a file that has this,
+/// and its names in [`Typed`], [`Listed`] and `each!`.
+pub(in crate::config) trait Described: Sized {
+    /// The dimension of the cases that it is for; `None` where it is for both.
+    fn dimension(&self) -> Option<usize>;
+
+    /// The file that its numbers are in.
+    fn file(&self) -> Option<&str> {
+        None
+    }
+
+    /// It, of the key `key`, with its numbers checked and those of its file in it.
+    fn read(self, reader: &mut Reader, key: &str) -> Result<Self, Fault>;
+
+    /// The solid that it is in its own axes, as large as it is by itself, once it is read.
+    fn solid(&self) -> Result<Arc<dyn Geometry>, mics_shapes::Fault>;
+
+    /// How many corners or balls it is made of, in words; empty where a case says it in a few
+    /// numbers.
+    fn detail(&self) -> String {
+        String::new()
+    }
+}
+
+/// What reads shapes of a case.
+pub(in crate::config) struct Reader {
+    /// That of the case.
+    pub dimension: usize,
+    /// Where files are looked for from.
+    pub folder: PathBuf,
+    /// What is to be said of files.
+    pub notes: Vec<String>,
+}
+
+/// Refuses axes (m) that are no lengths.
+fn axes(key: &str, axes: &[f64]) -> Check {
+    let all = axes.iter().enumerate();
+    all.into_iter().try_for_each(|(k, x)| positive(&format!("{key}.axes.{k}"), *x, "m"))
+}
+
+/// What is to be done with a shape of any of the kinds that are not round, which `$make` makes a
+/// [`Typed`] of, or else with others.
+macro_rules! each {
+    ($typed:expr, $make:pat, $shape:pat => $then:expr, $other:pat => $else:expr) => {
+        match $typed {
+            Typed::Ellipse($shape) => each!(@ Typed::Ellipse, $make, $then),
+            Typed::Ellipsoid($shape) => each!(@ Typed::Ellipsoid, $make, $then),
+            Typed::Superquadric($shape) => each!(@ Typed::Superquadric, $make, $then),
+            Typed::Polygon($shape) => each!(@ Typed::Polygon, $make, $then),
+            Typed::Polyhedron($shape) => each!(@ Typed::Polyhedron, $make, $then),
+            Typed::Clump($shape) => each!(@ Typed::Clump, $make, $then),
+            $other => $else,
+        }
+    };
+    (@ $kind:expr, $make:pat, $then:expr) => {{
+        let $make = $kind;
+        $then
+    }};
+}
 
 /// The shape of a body, in its own axes. A body lies with its centre of volume at `position`. What
 /// is not round may have a `diameter` (m): that of the disc or sphere of its volume, to which all
@@ -44,104 +119,6 @@ pub enum Typed {
 #[serde(deny_unknown_fields)]
 pub struct Round {
     /// Diameter (m).
-    pub diameter: f64,
-}
-
-/// An ellipse.
-#[serde_with::skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Ellipse {
-    /// Its lengths along its own x and y (m), from end to end.
-    pub axes: [f64; 2],
-    /// Diameter of the disc of its area (m), to which it is scaled; default as it is.
-    pub diameter: Option<f64>,
-}
-
-/// An ellipsoid.
-#[serde_with::skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Ellipsoid {
-    /// Its lengths along its own x, y and z (m), from end to end.
-    pub axes: [f64; 3],
-    /// Diameter of the sphere of its volume (m), to which it is scaled; default as it is.
-    pub diameter: Option<f64>,
-}
-
-/// A superquadric.
-#[serde_with::skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Superquadric {
-    /// Its lengths along its own x, y and z (m), from end to end.
-    pub axes: [f64; 3],
-    /// p (along z) and q (across z), from 2 to 20.
-    pub exponents: [f64; 2],
-    /// Diameter of the sphere of its volume (m), to which it is scaled; default as it is.
-    pub diameter: Option<f64>,
-}
-
-/// A convex polygon: exactly one of `points` and `file`.
-#[serde_with::skip_serializing_none]
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Polygon {
-    /// Its corners in order (m), either way round.
-    pub points: Option<Vec<[f64; 2]>>,
-    /// A CSV file of them, relative to the case file, with columns x and y.
-    pub file: Option<String>,
-    /// What the file's lengths are multiplied by (0.001 for mm), default 1.
-    pub scale: Option<f64>,
-    /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp
-    /// edges.
-    pub rounding: Option<f64>,
-    /// Diameter of the disc of its area (m), to which it is scaled; default as it is.
-    pub diameter: Option<f64>,
-}
-
-/// A convex polyhedron: exactly one of `file` and `points`.
-#[serde_with::skip_serializing_none]
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Polyhedron {
-    /// An STL file, binary or ASCII, relative to the case file, of a closed surface.
-    pub file: Option<String>,
-    /// What the file's lengths are multiplied by (0.001 for mm), default 1.
-    pub scale: Option<f64>,
-    /// Its corners (m), in any order.
-    pub points: Option<Vec<[f64; 3]>>,
-    /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp
-    /// edges.
-    pub rounding: Option<f64>,
-    /// Diameter of the sphere of its volume (m), to which it is scaled; default as it is.
-    pub diameter: Option<f64>,
-}
-
-/// A clump: exactly one of `discs` (2D), `spheres` (3D) and `file`.
-#[serde_with::skip_serializing_none]
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Clump {
-    /// Its discs.
-    pub discs: Option<Vec<Ball>>,
-    /// Its spheres.
-    pub spheres: Option<Vec<Ball>>,
-    /// A CSV file of them, relative to the case file, with columns x, y (z in 3D) and diameter.
-    pub file: Option<String>,
-    /// What the file's lengths are multiplied by (0.001 for mm), default 1.
-    pub scale: Option<f64>,
-    /// Diameter of the disc or sphere of its volume (m), to which it is scaled; default as it is.
-    pub diameter: Option<f64>,
-}
-
-/// A disc or sphere of a clump.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Ball {
-    /// Its centre (m).
-    pub at: Vec<f64>,
-    /// Its diameter (m).
     pub diameter: f64,
 }
 
@@ -219,12 +196,9 @@ impl Typed {
     /// The dimension of the cases that it is for; `None` where it is for both.
     pub fn dimension(&self) -> Option<usize> {
         match self {
-            Typed::Disc(_) | Typed::Ellipse(_) | Typed::Polygon(_) => Some(2),
-            Typed::Sphere(_)
-            | Typed::Ellipsoid(_)
-            | Typed::Superquadric(_)
-            | Typed::Polyhedron(_) => Some(3),
-            Typed::Clump(_) | Typed::Like(_) => None,
+            Typed::Disc(_) => Some(2),
+            Typed::Sphere(_) => Some(3),
+            other => each!(other, _, shape => shape.dimension(), _ => None),
         }
     }
 
@@ -232,13 +206,8 @@ impl Typed {
     pub fn diameter(&self) -> Option<f64> {
         match self {
             Typed::Disc(round) | Typed::Sphere(round) => Some(round.diameter),
-            Typed::Ellipse(Ellipse { diameter, .. })
-            | Typed::Ellipsoid(Ellipsoid { diameter, .. })
-            | Typed::Superquadric(Superquadric { diameter, .. })
-            | Typed::Polygon(Polygon { diameter, .. })
-            | Typed::Polyhedron(Polyhedron { diameter, .. })
-            | Typed::Clump(Clump { diameter, .. })
-            | Typed::Like(Like { diameter, .. }) => *diameter,
+            Typed::Like(like) => like.diameter,
+            other => each!(other, _, shape => shape.diameter, _ => None),
         }
     }
 
@@ -249,15 +218,34 @@ impl Typed {
             Typed::Disc(round) | Typed::Sphere(round) => {
                 round.diameter = wanted.unwrap_or(round.diameter);
             }
-            Typed::Ellipse(Ellipse { diameter, .. })
-            | Typed::Ellipsoid(Ellipsoid { diameter, .. })
-            | Typed::Superquadric(Superquadric { diameter, .. })
-            | Typed::Polygon(Polygon { diameter, .. })
-            | Typed::Polyhedron(Polyhedron { diameter, .. })
-            | Typed::Clump(Clump { diameter, .. })
-            | Typed::Like(Like { diameter, .. }) => *diameter = wanted,
+            Typed::Like(like) => like.diameter = wanted,
+            other => each!(other, _, shape => shape.diameter = wanted, _ => {}),
         }
         shape
+    }
+
+    /// The file that its numbers are in.
+    fn file(&self) -> Option<&str> {
+        each!(self, _, shape => shape.file(), _ => None)
+    }
+
+    /// As [`Described::read`].
+    fn read(self, reader: &mut Reader, key: &str) -> Result<Typed, Fault> {
+        Ok(each!(self, make, shape => make(shape.read(reader, key)?), round => round))
+    }
+
+    /// As [`Described::solid`].
+    ///
+    /// # Errors
+    /// When it is none, in words.
+    fn solid(&self) -> Result<Arc<dyn Geometry>, String> {
+        let none = || Err(format!("a {} is no solid", self.key()));
+        each!(self, _, shape => shape.solid().map_err(|fault| fault.0), _ => none())
+    }
+
+    /// As [`Described::detail`].
+    fn detail(&self) -> String {
+        each!(self, _, shape => shape.detail(), _ => String::new())
     }
 }
 

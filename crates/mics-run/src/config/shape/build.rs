@@ -1,13 +1,12 @@
 //! From what is typed of a shape to a solid: files are read, and their numbers checked.
 
-use super::outline::{self, Flaw};
 use super::solid::Solid;
 use super::*;
-use crate::config::fault::{Check, Fault, finite, not_negative, positive};
-use crate::config::source::{Source, factor, named, one_of};
+use crate::config::fault::{Check, Fault, positive};
+use crate::config::source::Source;
 use crate::config::{Case, Kind, Shape, Swarm};
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Cells along a body below which it is most likely in another unit than the box.
 const FEWEST_CELLS: f64 = 3.0;
@@ -59,7 +58,7 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
         let solids = shapes_of(&case.swarm[index], index, &mut shapes)?;
         case.swarm[index].solids = solids;
     }
-    Ok(shapes.notes)
+    Ok(shapes.reader.notes)
 }
 
 /// Builds the shapes of the swarm of this number; none where it has discs or spheres of its
@@ -129,24 +128,19 @@ pub(in crate::config) fn sensible(case: &Case, length: f64, key: &str) -> Check 
 
 /// The solids of a case that have been built, each shape once.
 pub(in crate::config) struct Shapes {
-    dimension: usize,
-    folder: PathBuf,
+    reader: Reader,
     built: Vec<Solid>,
     /// Those of files, by what is typed of them.
     of_files: HashMap<String, Typed>,
-    /// What is to be said of files.
-    notes: Vec<String>,
 }
 
 impl Shapes {
     /// None yet, of a case of this dimension; files are looked for from `folder` on.
     pub fn new(dimension: usize, folder: &Path) -> Shapes {
         Shapes {
-            dimension,
-            folder: folder.to_owned(),
+            reader: Reader { dimension, folder: folder.to_owned(), notes: Vec::new() },
             built: Vec::new(),
             of_files: HashMap::new(),
-            notes: Vec::new(),
         }
     }
 
@@ -162,9 +156,9 @@ impl Shapes {
         let base = match self.built.iter().find(|solid| solid.typed() == typed) {
             Some(solid) => solid.clone(),
             None => {
-                let fault = |message: String| match file_of(shape) {
+                let fault = |message: String| match shape.file() {
                     Some(file) => {
-                        Source { path: &self.folder.join(file), key: &key }.refuse(&message)
+                        Source { path: &self.reader.folder.join(file), key: &key }.refuse(&message)
                     }
                     None => Fault { key: key.clone(), message },
                 };
@@ -178,7 +172,7 @@ impl Shapes {
 
     /// Refuses a shape of another dimension.
     pub fn fits(&self, shape: &Typed, key: &str) -> Check {
-        let is = self.dimension;
+        let is = self.reader.dimension;
         let others = match is {
             2 => "an ellipse, a polygon or a clump of discs",
             _ => "an ellipsoid, a superquadric, a polyhedron or a clump of spheres",
@@ -193,166 +187,14 @@ impl Shapes {
 
     /// The shape with its numbers checked and those of its file in it.
     fn self_contained(&mut self, shape: Typed, key: &str) -> Result<Typed, Fault> {
-        let name = file_of(&shape).map(|_| format!("{shape:?}"));
+        let name = shape.file().map(|_| format!("{shape:?}"));
         if let Some(known) = name.as_ref().and_then(|name| self.of_files.get(name)) {
             return Ok(known.clone());
         }
-        let read = self.read(shape, key)?;
+        let read = shape.read(&mut self.reader, key)?;
         if let Some(name) = name {
             self.of_files.insert(name, read.clone());
         }
         Ok(read)
-    }
-
-    fn read(&mut self, shape: Typed, key: &str) -> Result<Typed, Fault> {
-        Ok(match shape {
-            Typed::Polygon(polygon) => Typed::Polygon(self.polygon(polygon, key)?),
-            Typed::Polyhedron(polyhedron) => Typed::Polyhedron(self.polyhedron(polyhedron, key)?),
-            Typed::Clump(clump) => Typed::Clump(self.clump(clump, key)?),
-            shape => {
-                let axes: &[f64] = match &shape {
-                    Typed::Ellipse(ellipse) => &ellipse.axes,
-                    Typed::Ellipsoid(ellipsoid) => &ellipsoid.axes,
-                    Typed::Superquadric(superquadric) => &superquadric.axes,
-                    _ => &[],
-                };
-                for (k, length) in axes.iter().enumerate() {
-                    positive(&format!("{key}.axes.{k}"), *length, "m")?;
-                }
-                if let Typed::Superquadric(superquadric) = &shape {
-                    for (k, exponent) in superquadric.exponents.iter().enumerate() {
-                        ensure!(
-                            (2.0..=20.0).contains(exponent),
-                            format!("{key}.exponents.{k}"),
-                            "must be from 2 (round) to 20 (nearly a box), not {exponent:?}"
-                        );
-                    }
-                }
-                shape
-            }
-        })
-    }
-
-    fn polygon(&self, given: Polygon, key: &str) -> Result<Polygon, Fault> {
-        let Polygon { points, file, scale, rounding, .. } = given;
-        one_of(key, &[("points", points.is_some()), ("file", file.is_some())])?;
-        let factor = factor(key, scale, file.is_some())?;
-        not_negative(&format!("{key}.rounding"), rounding, "m")?;
-        let points = match file {
-            None => {
-                let points = points.unwrap_or_default();
-                for (k, point) in points.iter().enumerate() {
-                    finite(&format!("{key}.points.{k}"), point, "m")?;
-                }
-                outline::convex(&points).map_err(|Flaw { corner, what }| Fault {
-                    key: format!("{key}.points.{corner}"),
-                    message: what,
-                })?;
-                points
-            }
-            Some(file) => {
-                let path = self.folder.join(named(&file, key)?);
-                let key = format!("{key}.file");
-                let source = Source { path: &path, key: &key };
-                let rows = source.rows(&["x", "y"], "corners")?;
-                let points: Vec<[f64; 2]> =
-                    rows.iter().map(|(_, row)| [factor * row[0], factor * row[1]]).collect();
-                outline::convex(&points)
-                    .map_err(|Flaw { corner, what }| source.refuse_line(rows[corner].0, &what))?;
-                points
-            }
-        };
-        Ok(Polygon { points: Some(points), rounding, ..Polygon::default() })
-    }
-
-    fn polyhedron(&mut self, given: Polyhedron, key: &str) -> Result<Polyhedron, Fault> {
-        let Polyhedron { file, scale, points, rounding, .. } = given;
-        one_of(key, &[("file", file.is_some()), ("points", points.is_some())])?;
-        let factor = factor(key, scale, file.is_some())?;
-        not_negative(&format!("{key}.rounding"), rounding, "m")?;
-        let points = match file {
-            None => {
-                let points = points.unwrap_or_default();
-                for (k, point) in points.iter().enumerate() {
-                    finite(&format!("{key}.points.{k}"), point, "m")?;
-                }
-                points
-            }
-            Some(file) => {
-                let path = self.folder.join(named(&file, key)?);
-                let key = format!("{key}.file");
-                let source = Source { path: &path, key: &key };
-                source.exists()?;
-                let (corners, notes) =
-                    super::geometry::hull(&path, factor).map_err(|what| source.refuse(&what))?;
-                let said = notes
-                    .into_iter()
-                    .map(|note| format!("note         {key}: {}: {note}", path.display()));
-                self.notes.extend(said);
-                corners
-            }
-        };
-        Ok(Polyhedron { points: Some(points), rounding, ..Polyhedron::default() })
-    }
-
-    fn clump(&self, given: Clump, key: &str) -> Result<Clump, Fault> {
-        let Clump { discs, spheres, file, scale, .. } = given;
-        let (own, other) =
-            if self.dimension == 2 { ("discs", "spheres") } else { ("spheres", "discs") };
-        let [(own_balls, other_balls)] =
-            [if self.dimension == 2 { (discs, spheres) } else { (spheres, discs) }];
-        ensure!(
-            other_balls.is_none(),
-            format!("{key}.{other}"),
-            "discs are for 2D, spheres for 3D; this case is {}D: give {own}",
-            self.dimension
-        );
-        one_of(key, &[(own, own_balls.is_some()), ("file", file.is_some())])?;
-        let factor = factor(key, scale, file.is_some())?;
-        let balls = match file {
-            None => own_balls.unwrap_or_default(),
-            Some(file) => {
-                let path = self.folder.join(named(&file, key)?);
-                let key = format!("{key}.file");
-                let source = Source { path: &path, key: &key };
-                let columns: &[&str] = match self.dimension {
-                    2 => &["x", "y", "diameter"],
-                    _ => &["x", "y", "z", "diameter"],
-                };
-                let rows = source.rows(columns, own)?;
-                let ball = |(line, row): (u64, Vec<f64>)| {
-                    let (at, diameter) = row.split_at(self.dimension);
-                    let diameter = factor * diameter[0];
-                    if diameter > 0.0 {
-                        return Ok(Ball { at: at.iter().map(|x| factor * x).collect(), diameter });
-                    }
-                    let what = format!("column `diameter` must be positive (m), not {diameter:?}");
-                    Err(source.refuse_line(line, &what))
-                };
-                rows.into_iter().map(ball).collect::<Result<_, _>>()?
-            }
-        };
-        let holds = !balls.is_empty();
-        ensure!(holds, format!("{key}.{own}"), "is empty: give one at least");
-        for (k, Ball { at, diameter }) in balls.iter().enumerate() {
-            let key = format!("{key}.{own}.{k}");
-            crate::config::fault::vector(&format!("{key}.at"), at, self.dimension, "m")?;
-            positive(&format!("{key}.diameter"), *diameter, "m")?;
-        }
-        let balls = Some(balls);
-        Ok(match self.dimension {
-            2 => Clump { discs: balls, ..Clump::default() },
-            _ => Clump { spheres: balls, ..Clump::default() },
-        })
-    }
-}
-
-/// The file that is typed of a shape.
-fn file_of(shape: &Typed) -> Option<&str> {
-    match shape {
-        Typed::Polygon(Polygon { file, .. })
-        | Typed::Polyhedron(Polyhedron { file, .. })
-        | Typed::Clump(Clump { file, .. }) => file.as_deref(),
-        _ => None,
     }
 }

@@ -9,8 +9,7 @@
 //!            `---'       thickness           of its thinnest part: what the grid resolves
 //! ```
 
-use super::geometry::geometry;
-use super::{Clump, Typed};
+use super::Typed;
 use mics_shapes::{Scaled, Shape as Geometry};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -150,7 +149,7 @@ impl Solid {
     /// # Errors
     /// When it is none, in words.
     pub(in crate::config) fn new(typed: Typed) -> Result<Solid, String> {
-        let geometry = geometry(&typed)?;
+        let geometry = typed.solid()?;
         let diameter = equal_volume_diameter(&*geometry);
         let base = Base { typed, geometry: geometry.clone(), diameter, scaled: Mutex::default() };
         Ok(Solid { base: Arc::new(base), wanted: None, geometry })
@@ -203,28 +202,9 @@ impl Solid {
         self.wanted
     }
 
-    /// Whether a case says it in a few numbers.
-    pub(in crate::config) fn is_brief(&self) -> bool {
-        !matches!(self.base.typed, Typed::Polygon(_) | Typed::Polyhedron(_) | Typed::Clump(_))
-    }
-
     /// How many corners or faces or balls it is made of, in words; empty where that says nothing.
     pub fn detail(&self) -> String {
-        match &self.base.typed {
-            Typed::Polygon(polygon) => {
-                format!(" of {} corners", polygon.points.as_ref().map_or(0, Vec::len))
-            }
-            Typed::Polyhedron(polyhedron) => {
-                format!(" of {} corners", polyhedron.points.as_ref().map_or(0, Vec::len))
-            }
-            Typed::Clump(Clump { discs: Some(discs), .. }) => {
-                format!(" of {} discs", discs.len())
-            }
-            Typed::Clump(Clump { spheres: Some(spheres), .. }) => {
-                format!(" of {} spheres", spheres.len())
-            }
-            _ => String::new(),
-        }
+        self.base.typed.detail()
     }
 
     /// How far it reaches from its centre along an axis (m), to the low and to the high side, where
