@@ -62,8 +62,11 @@ impl<const D: usize> Block<D> {
         for (a, planes) in planes.iter_mut().enumerate() {
             planes.clear();
             if a < D {
-                // Of a body across a side of the box they are a part.
-                planes.reserve(2 * (last[a] - first[a]) + 4);
+                let count = last[a] - first[a] + 2;
+                if count > planes.capacity() {
+                    // Of a body across a side of the box they are a part.
+                    planes.reserve(2 * count);
+                }
                 planes.extend((first[a]..=last[a] + 1).map(|n| place(a, n)));
             } else {
                 planes.extend([0.0; 2]);

@@ -9,6 +9,7 @@
 //! The first moment of a disc of radius `r` over X < x, Y < y, with `a = sqrt(r^2 - x^2)` and `t`
 //! the `y` within [-a, a], is `[ -a^2 (t + a) + (t^3 + a^3)/3 ]/2`.
 
+use super::make_room;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -49,8 +50,7 @@ impl Lines {
     pub fn set(&mut self, places: &[f64], r: f64) {
         let Lines { at, root, below } = self;
         for values in [&mut *at, root, below] {
-            values.clear();
-            values.reserve(2 * places.len() + 2 * VECTOR);
+            make_room(values, places.len() + VECTOR, 1);
         }
         for line in places.iter().map(|at| Line::new(*at, r)) {
             at.push(line.at);
@@ -81,7 +81,9 @@ impl Parts {
     fn resize(&mut self, n: usize) -> [&mut [f64]; 3] {
         let [x, y] = &mut self.moment;
         [&mut self.area, x, y].map(|values| {
-            values.reserve((2 * n + 2 * VECTOR).saturating_sub(values.len()));
+            if n > values.capacity() {
+                values.reserve(2 * n);
+            }
             values.resize(n, 0.0);
             &mut values[..]
         })

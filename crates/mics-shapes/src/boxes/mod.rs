@@ -103,3 +103,13 @@ impl Tile {
         self.half[axis] = 0.5 * (high - low);
     }
 }
+
+/// Forgets what is in a list of the planes of a body along this many axes. Where it has no room for
+/// `count` of them it gets that of twice as many along each: a body that moves lies across one
+/// plane more or less, and of one across a side of the box they are a part.
+fn make_room<T>(list: &mut Vec<T>, count: usize, axes: u32) {
+    list.clear();
+    if count > list.capacity() {
+        list.reserve(2usize.pow(axes) * count);
+    }
+}

@@ -9,7 +9,7 @@
 
 use super::circle::{self, Line, Lines, Parts};
 use super::octant::{Corner, Pair, Plane, end};
-use super::{Lattice, Tile};
+use super::{Lattice, Tile, make_room};
 use nalgebra::Vector3;
 use std::cell::RefCell;
 
@@ -36,13 +36,6 @@ struct Room {
     /// and what it has between.
     across: Lines,
     parts: [Parts; 3],
-}
-
-/// Forgets what is in a list of the planes of a body along this many axes, with room for `count` of
-/// them: twice as many along each as now, since of a body across a side of the box they are a part.
-fn make_room<T>(list: &mut Vec<T>, count: usize, axes: u32) {
-    list.clear();
-    list.reserve(2usize.pow(axes) * (count + 4));
 }
 
 /// Calls with the boxes that a disc of this radius (m) reaches, with moments where faces are asked
