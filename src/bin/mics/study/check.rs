@@ -1,6 +1,6 @@
 //! A study file is read, and what can be wrong with it before any case is.
 
-use super::columns::{COLUMNS, NUMBERS};
+use super::columns;
 use super::file::{Axis, Quick, Reference, Study, fault, label};
 use mics_run::Result;
 use mics_run::config::{Check, Text, suggest};
@@ -57,13 +57,14 @@ fn check(study: &Study) -> Check {
 
 /// Columns that are shown must be some of the table's numbers.
 fn check_shown(study: &Study) -> Check {
+    let numbers = columns::numbers();
     let columns = study.columns.iter().flatten().enumerate();
     let columns = columns.map(|(index, name)| (format!("columns.{index}"), name));
     let costs = study.plot.costs.iter().enumerate();
     let costs = costs.map(|(index, name)| (format!("plot.costs.{index}"), name));
     for (key, name) in columns.chain(costs) {
-        if !NUMBERS.contains(&name.as_str()) {
-            let message = format!("study.csv has no number `{name}`; {}", suggest(name, &NUMBERS));
+        if !numbers.contains(&name.as_str()) {
+            let message = format!("study.csv has no number `{name}`; {}", suggest(name, &numbers));
             return Err(fault(key, message));
         }
     }
@@ -247,7 +248,7 @@ fn column_name(key: &str, name: &str) -> Check {
             format!("`{name}` cannot name a column: use letters, digits, `-` and `_`"),
         ));
     }
-    if COLUMNS.contains(&name) {
+    if columns::all().contains(&name) {
         return Err(fault(
             key,
             format!("`{name}` is a column that study.csv has anyway; use another name"),

@@ -21,13 +21,11 @@ pub struct Study {
     #[serde(default = "serial")]
     pub ranks: Vec<usize>,
     /// Wall-clock time that a run may take (s): one that takes longer is ended, and `too slow`.
-    #[serde(default)]
     pub limit_seconds: Option<f64>,
     /// What runs are that are not done, to the one who asks how the study ended.
     #[serde(default)]
     pub failures: Failures,
     /// The columns of `study.csv` that `study.md` has besides labels, measures and status.
-    #[serde(default)]
     pub columns: Option<Vec<String>>,
     /// Whether the runs keep their snapshots; default no.
     #[serde(default)]
@@ -48,7 +46,6 @@ pub struct Study {
     #[serde(default)]
     pub reference: Vec<Reference>,
     /// What is summed up besides, as `spread.md`.
-    #[serde(default)]
     pub spread: Option<Spread>,
     /// Columns laid out over two labels, as `cross.md`.
     #[serde(default)]
@@ -79,7 +76,6 @@ pub struct Axis {
     /// Its column in `study.csv`.
     pub name: String,
     /// The key of the case that takes the `values`.
-    #[serde(default)]
     pub key: Option<String>,
     /// Values of `key`.
     #[serde(default)]
@@ -110,7 +106,6 @@ pub struct Listed {
     /// What its columns say, by their names.
     pub labels: Table,
     /// Another case file than the study's.
-    #[serde(default)]
     pub case: Option<PathBuf>,
     /// Overrides, by dotted key in quotes.
     #[serde(default)]
@@ -127,14 +122,11 @@ pub struct Reference {
     /// The measure's name in the case.
     pub measure: String,
     /// The value that it should have.
-    #[serde(default)]
     pub value: Option<f64>,
     /// Or the CSV file that has it, from the study file's folder; lines that begin with # are
     /// comments.
-    #[serde(default)]
     pub file: Option<PathBuf>,
     /// The column of the file.
-    #[serde(default)]
     pub column: Option<String>,
     /// The row of the file: what other columns hold there.
     #[serde(default)]
@@ -170,19 +162,15 @@ pub struct Spread {
 
 /// How the figures group the runs.
 #[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Plot {
     /// The columns that tell one curve from another; default all but the first.
-    #[serde(default)]
     pub series: Option<Vec<String>>,
     /// The columns that have a figure for each of their labels.
-    #[serde(default)]
     pub each: Vec<String>,
     /// The columns of `study.csv` that have a figure, over cells or what is varied.
-    #[serde(default)]
     pub costs: Vec<String>,
     /// What others paid for their errors.
-    #[serde(default)]
     pub others: Vec<Others>,
 }
 
@@ -204,19 +192,15 @@ pub struct Others {
 
 /// What `--quick` changes.
 #[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Quick {
     /// How often each run is repeated.
-    #[serde(default)]
     pub repeats: Option<usize>,
     /// Numbers of ranks.
-    #[serde(default)]
     pub ranks: Option<Vec<usize>>,
     /// Overrides that win over all others.
-    #[serde(default)]
     pub set: Table,
     /// The labels that are kept, by column; all where a column is not named.
-    #[serde(default)]
     pub keep: BTreeMap<String, Vec<Value>>,
 }
 

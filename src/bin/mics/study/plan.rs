@@ -1,7 +1,7 @@
 //! The runs of a study: the product of its axes and its listed rows, on each number of ranks, every
 //! case read and checked.
 
-use super::columns::NUMBERS;
+use super::columns;
 use super::file::{Study, fault, label};
 use super::planned::{Planned, Refusal, reason};
 use super::reference::{Compared, references};
@@ -234,11 +234,12 @@ impl Plan {
     ) -> Result<()> {
         let references = study.reference.iter().enumerate();
         let references = references.map(|(k, r)| (format!("reference.{k}.measure"), &r.measure));
-        let columns = study.cross.iter().enumerate();
-        let columns = columns.map(|(k, cross)| (format!("cross.{k}.column"), &cross.column));
+        let crossed = study.cross.iter().enumerate();
+        let crossed = crossed.map(|(k, cross)| (format!("cross.{k}.column"), &cross.column));
         let of_error = |name: &str| name.strip_suffix("_error").is_some_and(|m| self.compares(m));
-        let columns = columns.filter(|(_, n)| !NUMBERS.contains(&n.as_str()) && !of_error(n));
-        let wanted: Vec<(String, &String)> = references.chain(columns).collect();
+        let numbers = columns::numbers();
+        let crossed = crossed.filter(|(_, n)| !numbers.contains(&n.as_str()) && !of_error(n));
+        let wanted: Vec<(String, &String)> = references.chain(crossed).collect();
         let mut known = self.measures();
         let unknown =
             |known: &[String]| wanted.iter().find(|(_, name)| !known.contains(name)).cloned();
@@ -251,7 +252,7 @@ impl Plan {
         let Some((key, name)) = unknown(&known) else { return Ok(()) };
         let mut known: Vec<&str> = known.iter().map(String::as_str).collect();
         let what = if key.starts_with("cross") {
-            known.extend(NUMBERS);
+            known.extend(numbers);
             "study.csv has no number"
         } else {
             "the case has no measure"

@@ -1,7 +1,7 @@
 //! The table of a study: a row a run, medians over its repeats, as CSV.
 
 use super::child::Outcome;
-use super::columns::COLUMNS;
+use super::columns;
 use super::plan::Plan;
 use super::reference::Compared;
 use mics_plot::study::{self, Measured, Target};
@@ -23,7 +23,7 @@ pub struct Row {
     pub cells: Option<f64>,
     /// Wall-clock time of a cell and step (us).
     pub per_cell_step: Option<f64>,
-    /// Every column of [`COLUMNS`], as text.
+    /// Every column of [`columns::all`], as text.
     pub(super) texts: Vec<String>,
 }
 
@@ -154,7 +154,7 @@ impl Row {
         // Each iteration of C-HSMAC is a solve; a run at rest has none.
         let solves = done.median("outer_iterations").filter(|solves| *solves > 0.0);
         let part = |whole: Option<f64>, of: Option<f64>| whole.zip(of).map(|(a, b)| a / b);
-        let texts = COLUMNS.map(|column| match column {
+        let texts = columns::all().into_iter().map(|column| match column {
             "ranks" => run.ranks.to_string(),
             "status" => status.to_owned(),
             "repeats" => done.0.len().to_string(),
@@ -183,7 +183,7 @@ impl Row {
             cpu,
             cells,
             per_cell_step,
-            texts: texts.to_vec(),
+            texts: texts.collect(),
         }
     }
 
@@ -205,12 +205,13 @@ impl Row {
         self.measured.iter().find(|measured| measured.name == name)
     }
 
-    /// A column of [`COLUMNS`] as text; empty where the run has none.
+    /// A column of [`columns::all`] as text; empty where the run has none.
     fn text(&self, column: &str) -> &str {
-        COLUMNS.iter().position(|name| *name == column).map_or("", |at| &self.texts[at])
+        let at = columns::all().into_iter().position(|name| name == column);
+        at.map_or("", |at| &self.texts[at])
     }
 
-    /// A column of [`COLUMNS`], a measure or its error as a number; none where the run has none.
+    /// A column of [`columns::all`], a measure or its error as a number; none where it has none.
     pub fn number(&self, column: &str) -> Option<f64> {
         let error = || self.measure(column.strip_suffix("_error")?)?.error;
         let measured = || self.measure(column).map_or_else(error, |measured| measured.value);
@@ -236,8 +237,13 @@ pub fn csv(plan: &Plan, rows: &[Row]) -> Vec<u8> {
         let error = has_reference(&name).then(|| format!("{name}_error"));
         [Some(name), error].into_iter().flatten()
     });
-    let head: Vec<String> =
-        plan.names.iter().cloned().chain(heads).chain(COLUMNS.map(str::to_owned)).collect();
+    let head: Vec<String> = plan
+        .names
+        .iter()
+        .cloned()
+        .chain(heads)
+        .chain(columns::all().into_iter().map(str::to_owned))
+        .collect();
     let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:?}"));
     let records = rows.iter().map(|row| {
         let measured = row.measured.iter().flat_map(|m| {
