@@ -170,4 +170,14 @@ mod tests {
         println!("feet off the ellipse: {worst:.1e}");
         assert!(worst < 1e-12, "{worst:e}");
     }
+
+    #[test]
+    fn ellipse_of_equal_axes_has_moment_of_inertia_of_disc() {
+        let exact = 0.5 * std::f64::consts::PI * 0.3f64.powi(4);
+        let round = crate::Disc { radius: 0.3 };
+        let equal = Ellipse::new([0.6; 2]);
+        for inertia in [round.inertia(), equal.inertia()] {
+            assert!((inertia[(2, 2)] / exact - 1.0).abs() < 1e-14, "{inertia} {exact}");
+        }
+    }
 }

@@ -146,4 +146,14 @@ mod tests {
         println!("area: {:.1e} off", area / exact - 1.0);
         assert!((area / exact - 1.0).abs() < 2e-4);
     }
+
+    #[test]
+    fn ellipsoid_of_equal_axes_has_moment_of_inertia_of_sphere() {
+        let exact = 8.0 / 15.0 * std::f64::consts::PI * 0.3f64.powi(5);
+        let round = crate::Sphere { radius: 0.3 };
+        let equal = Ellipsoid::new([0.6; 3]);
+        for inertia in [round.inertia(), equal.inertia()] {
+            assert!((inertia[(2, 2)] / exact - 1.0).abs() < 1e-14, "{inertia} {exact}");
+        }
+    }
 }
