@@ -12,7 +12,7 @@ use mics::grid::Coefficient;
 use mics::kernels::advection::{Carrier, Fluxes, upwind5};
 use mics::kernels::diffusion;
 use mics::kernels::faces;
-use mics::method::Kind;
+use mics::method::MethodKind;
 use mics::method::sharp::cut::CutBodies;
 use mics::particles::velocities;
 use mics::particles::{Accelerations, Body, Freedom, Motion};
@@ -66,7 +66,7 @@ fn sphere(session: &Session) -> Scene<3> {
     scene(session, &path, &[])
 }
 
-/// What goes through all cells or faces.
+/// Kernels that go through all cells or faces.
 fn fluid<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
     let size = scene.domain.grid.cells.map(|n| n.to_string()).join("x");
     let grid = scene.domain.grid.clone();
@@ -159,7 +159,7 @@ fn cuts<const D: usize>(c: &mut Criterion, scene: &Scene<D>, across: &[f64]) {
 fn walls<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
     let size = scene.domain.grid.cells.map(|n| n.to_string()).join("x");
     let Scene { domain, state, method, .. } = scene;
-    assert_eq!(method.kind(), Kind::Sharp);
+    assert_eq!(method.kind(), MethodKind::Sharp);
     let mut group = c.benchmark_group("sharp");
     group.bench_function(BenchmarkId::new("settle", &size), |b| {
         b.iter(|| method.place(domain, state))

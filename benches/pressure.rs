@@ -20,11 +20,11 @@ use std::time::{Duration, Instant};
 /// D0 over the largest divergence at the start.
 const REDUCTION: f64 = 1e-6;
 
-/// How far discs move in a step, in spacings.
+/// Displacement of the discs in a step, in spacings.
 const STEP: f64 = 0.05;
 
-/// What fills a quarter (2D) or a sixth (3D) of the box: balls of five spacings' radius on a
-/// disturbed lattice.
+/// Coefficients in the balls that fill a quarter (2D) or a sixth (3D) of the box, of five spacings'
+/// radius on a disturbed lattice.
 #[derive(Clone, Copy)]
 enum Coefficients {
     Uniform,
@@ -41,7 +41,7 @@ struct Bench<const D: usize> {
     start: VectorField<D>,
     coefficients: Coefficients,
     moved: f64,
-    /// What free bodies add to the operator.
+    /// Free bodies in the operator: weights of their modes, and the faces that they cover.
     weights: Vec<f64>,
     covered: Vec<ModeFace>,
 }
@@ -149,7 +149,7 @@ impl<const D: usize> Bench<D> {
             Coefficients::Closed | Coefficients::Free(_) => {
                 let mut beta = grid.vector_field();
                 let mut balls = BTreeMap::<[i64; D], Vec<(usize, usize, f64)>>::new();
-                // What a wall cuts stays: moved, it would take volume along.
+                // A ball that a wall cuts stays: moved, it would take volume along.
                 let mut held = BTreeSet::new();
                 for axis in 0..D {
                     for c in grid.face_rows(axis).flatten() {
@@ -224,7 +224,7 @@ impl<const D: usize> Bench<D> {
             1e-3,
             p,
             coupled,
-            None,
+            mics::poisson::pressure::Accuracy::Full,
         );
         let took = begin.elapsed();
         if std::env::var_os("MICS_BENCH_ITERATIONS").is_some() {

@@ -1,4 +1,4 @@
-//! What the passes over the grid take beside what the memory of the machine allows.
+//! Times of the passes over the grid, beside what the memory of the machine allows.
 //!
 //! `cargo bench --bench roofline [-- CELLS]` prints, for boxes of CELLS x CELLS x CELLS cells (128
 //! by default) and of as many cells in a square, what each pass reads and writes at least (bytes a
@@ -96,7 +96,7 @@ fn passes<const D: usize>(session: &Session, text: &str, bandwidth: f64) {
     row("the largest speed", cells, D, bandwidth, || {
         black_box(faces::fastest(&grid, &state.faces));
     });
-    // What ghosts take is by far the most where they lie at the ends of rows.
+    // Ghosts take by far the most time where they lie at the ends of rows.
     row("ghosts of a velocity, by cell", cells, 0, bandwidth, || {
         scene.domain.boundaries.fill_stencils(&mut state.u).unwrap_or_else(|e| panic!("{e}"))
     });

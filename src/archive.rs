@@ -18,7 +18,7 @@
 //! ranks find their own boxes again, bit for bit: two ranks share a face, and need not agree on its
 //! last digit. A rank that finds its own box takes that, and else its part of each.
 //!
-//! What is read is checked as it comes: no list is longer than its file, no box larger than the
+//! All that is read is checked as it comes: no list is longer than its file, no box larger than the
 //! grid.
 
 use crate::grid::{Grid, Rows};
@@ -54,7 +54,7 @@ enum Head<'a> {
     },
 }
 
-/// Where an archive is written.
+/// Target of an archive that is written.
 pub trait Target {
     /// Writes what comes next, the same on every rank and wanted once.
     ///
@@ -69,7 +69,7 @@ pub trait Target {
     fn put_parts(&mut self, session: &Session, mine: &[u8]) -> Result<()>;
 }
 
-/// What an archive is read from, on every rank for itself.
+/// Source of an archive, which every rank reads for itself.
 pub trait Source: Read {
     /// Passes over bytes.
     ///
@@ -123,12 +123,12 @@ impl<const D: usize> Cells<D> {
 }
 
 impl<'a> Archive<'a> {
-    /// One to write. All ranks write the same state, and then [`Archive::finish`].
+    /// An archive to write. All ranks write the same state, and then [`Archive::finish`].
     pub fn write(session: &'a Session, to: &'a mut dyn Target) -> Archive<'a> {
         Archive { session, head: Head::Writes { to, failed: None } }
     }
 
-    /// One to read, on every rank for itself.
+    /// An archive to read, on every rank for itself.
     pub fn read(session: &'a Session, from: &'a mut dyn Source) -> Archive<'a> {
         Archive { session, head: Head::Reads { from, row: Vec::new() } }
     }
@@ -152,7 +152,7 @@ impl<'a> Archive<'a> {
         items.iter_mut().try_for_each(|item| item.serialize(self))
     }
 
-    /// Says what comes next.
+    /// Writes a text that says what comes next, or checks that it is there.
     pub fn label(&mut self, text: &str) -> Result<()> {
         let mut count = text.len() as u64;
         count.serialize(self)?;
@@ -316,7 +316,7 @@ impl<'a> Archive<'a> {
         Ok(found)
     }
 
-    /// Takes what another box has of this rank's, and returns how many cells that is.
+    /// Takes the cells that another box shares with this rank's, and returns their number.
     fn read_common<const D: usize>(
         &mut self,
         grid: &Grid<D>,

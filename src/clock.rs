@@ -28,7 +28,7 @@ pub enum Stage {
     Force,
     /// Particles' motion, through contacts where they have any.
     Contacts,
-    /// Their fractions, and what they cover.
+    /// Solid fractions of cells and faces.
     Particles,
     /// Mixing (27).
     Mixing,
@@ -81,8 +81,8 @@ impl Clock {
         let now = Instant::now();
         self.spent[stage as usize] += now - self.last;
         self.last = now;
-        // Asking the system for it takes half a microsecond, where the time of day takes a tenth of
-        // that: where the pressure begins and ends alone.
+        // Reading the CPU time takes half a microsecond, ten times as long as the time of day: it
+        // is read where the pressure begins and ends alone.
         if let Stage::Faces | Stage::Pressure = stage {
             let [begun, spent] = &mut self.pressure;
             let cpu = cpu_seconds();
@@ -106,7 +106,7 @@ impl Clock {
         self.steps += 1;
     }
 
-    /// Adds what another one has counted: that of the part of a run that this one goes on with.
+    /// Adds the counts of another clock, that of the part of the run before this one.
     pub fn add(&mut self, before: &Clock) {
         self.spent.iter_mut().zip(&before.spent).for_each(|(spent, before)| *spent += *before);
         self.steps += before.steps;

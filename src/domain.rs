@@ -1,4 +1,4 @@
-//! Where a scene takes place: what every method works with and no step changes but for scratch.
+//! The domain of a scene, which every method works with and no step changes but for scratch.
 
 use crate::Result;
 use crate::clock::Clock;
@@ -7,7 +7,7 @@ use crate::force::Forces;
 use crate::grid::{Boundaries, Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::petsc::Session;
-use crate::poisson::pressure::{Coupled, Projected, Projection};
+use crate::poisson::pressure::{Accuracy, Coupled, Projected, Projection};
 use crate::state::State;
 use nalgebra::Vector3;
 
@@ -34,7 +34,7 @@ pub struct Domain<const D: usize> {
     pub sides_work: bool,
     /// The fluid.
     pub fluid: Fluid,
-    /// What moves it besides the boundaries.
+    /// Drive that moves it besides the boundaries.
     pub drive: Option<Drive>,
     /// Forces on it that vary in space and time; `None` where there are none.
     pub forces: Option<Forces<D>>,
@@ -63,14 +63,14 @@ impl<const D: usize> Domain<D> {
         self.drive.as_ref().map(Drive::at_start)
     }
 
-    /// What a body does not feel (N) of a force on the fluid (N/m3) that its cells have taken up.
+    /// Part (N) of a force on the fluid (N/m3), taken up by a body's cells, that it does not feel.
     pub fn unfelt(&self, force: &Option<Vector3<f64>>, volume: f64) -> Vector3<f64> {
         let felt =
             |(drive, force): (&Drive, &Vector3<f64>)| volume * force - drive.on_body(force, volume);
         self.drive.as_ref().zip(force.as_ref()).map_or_else(Vector3::zeros, felt)
     }
 
-    /// What a body feels (N) of it besides the pressure.
+    /// Part (N) that a body feels of that force besides the pressure.
     pub fn felt(&self, force: &Option<Vector3<f64>>, volume: f64) -> Vector3<f64> {
         let felt = |(drive, force): (&Drive, &Vector3<f64>)| drive.on_body(force, volume);
         self.drive.as_ref().zip(force.as_ref()).map_or_else(Vector3::zeros, felt)
@@ -84,7 +84,7 @@ impl<const D: usize> Domain<D> {
         drive::box_volume(&self.grid) * force - unfelt.sum::<Vector3<f64>>() + on_fluid
     }
 
-    /// Its power (W): with the mean velocity of everything in the box. Collective.
+    /// Power of the drive (W), by the mean velocity of everything in the box. Collective.
     pub fn driving_power(&self, s: &State<D>) -> Result<f64> {
         let Some(force) = s.drive else { return Ok(0.0) };
         let mut power = 0.0;
@@ -109,20 +109,28 @@ impl<const D: usize> Domain<D> {
         s: &mut State<D>,
         dt: f64,
     ) -> Result<Projected> {
-        let inverse_mass = self.hold(beta, std::iter::empty())?;
+        let inverse_density = self.hold(beta, std::iter::empty())?;
         let Domain { session, grid, boundaries, projection, drive, .. } = self;
         let State { p, faces, drive: force, .. } = s;
         let Some((drive, force)) = drive.as_ref().zip(force.as_mut()) else {
-            return projection.project(grid, boundaries, beta, dt, p, faces, None);
+            return projection.project(grid, boundaries, beta, dt, p, faces, Accuracy::Full);
         };
-        let driving = Driving { drive, force, beta, inverse_mass, session };
-        projection.project(grid, boundaries, beta, dt, p, &mut Driven { driving, faces }, None)
+        let driving = Driving { drive, force, beta, inverse_density, session };
+        projection.project(
+            grid,
+            boundaries,
+            beta,
+            dt,
+            p,
+            &mut Driven { driving, faces },
+            Accuracy::Full,
+        )
     }
 
-    /// Lets the pressure equation know what a drive that holds a mean velocity responds to the
-    /// pressure; `carried` are the faces along its axis through which bodies go as it changes, how
+    /// Gives the pressure equation the response to the pressure of a drive that holds a mean
+    /// velocity; `carried` are the faces along its axis through which bodies go as it changes, how
     /// much (m3/kg), and whether the face counts on this rank. Returns the mean response (m3/kg; C
-    /// of [`crate::drive`]), of another drive 0. Collective.
+    /// of [`crate::drive`]), 0 for another drive. Collective.
     ///
     /// # Errors
     /// When the solver would pass over this.
@@ -136,7 +144,7 @@ impl<const D: usize> Domain<D> {
         let cells = grid.total_cells() as f64;
         let mut with_bodies = [carried.clone().filter(|c| c.2).map(|c| c.1).sum::<f64>() / cells];
         self.session.sum(&mut with_bodies)?;
-        let inverse_mass =
+        let inverse_density =
             drive::mean_coefficient(&self.session, grid, axis, beta)? + with_bodies[0];
         if let FaceCoefficient::Field(beta) = beta {
             let beta = &beta[axis];
@@ -147,9 +155,14 @@ impl<const D: usize> Domain<D> {
                 .filter(|f| beta[*f] != whole)
                 .map(|f| (f, whole - beta[f]));
             let faces = less.chain(carried.map(|(face, part, _)| (face, -part)));
-            self.projection.set_held(axis, grid.h[axis], faces, -1.0 / (cells * inverse_mass))?;
+            self.projection.set_held(
+                axis,
+                grid.h[axis],
+                faces,
+                -1.0 / (cells * inverse_density),
+            )?;
         }
-        Ok(inverse_mass)
+        Ok(inverse_density)
     }
 }
 

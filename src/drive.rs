@@ -1,5 +1,5 @@
-//! What moves the fluid besides its boundaries: a force `G` per volume (N/m3), uniform, that acts
-//! as the mean gradient of the pressure.
+//! The drive, which moves the fluid besides its boundaries: a force `G` per volume (N/m3), uniform,
+//! that acts as the mean gradient of the pressure.
 //!
 //! ```text
 //!   total pressure  p - G.x          a = (-grad p + G)/rho on faces,
@@ -15,7 +15,7 @@
 //!   -div( H grad phi )/rho + ... - j (j.phi)/(N C) = -D/dt,
 //!              j = div( sum_k (1/rho - V_k/M_k) m_k e )
 //! ```
-//! The solve knows what the drive responds to the pressure (N: all cells), and the mean is held to
+//! The solve contains the drive's response to the pressure (N: all cells), and the mean is held to
 //! rounding in every step.
 
 use crate::Result;
@@ -24,7 +24,7 @@ use crate::kernels::faces::FaceCoefficient;
 use crate::petsc::Session;
 use nalgebra::Vector3;
 
-/// What drives the fluid.
+/// Drive of the fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
     /// A force per volume on the fluid alone (N/m3).
@@ -49,7 +49,7 @@ impl Drive {
         }
     }
 
-    /// What a body of a volume (m3) feels (N) of the force on the fluid (N/m3).
+    /// Force (N) that a body of a volume (m3) feels of the force on the fluid (N/m3).
     pub fn on_body(&self, force: &Vector3<f64>, volume: f64) -> Vector3<f64> {
         if let Drive::Fluid(_) = self { Vector3::zeros() } else { volume * force }
     }
@@ -62,22 +62,22 @@ impl Drive {
 
 /// The drive while the pressure is found.
 pub struct Driving<'a, const D: usize> {
-    /// What drives.
+    /// The drive itself.
     pub drive: &'a Drive,
     /// Its force on the fluid so far (N/m3).
     pub force: &'a mut Vector3<f64>,
     /// `1/rho` on faces, as far as they are open (m3/kg).
     pub beta: &'a FaceCoefficient<D>,
     /// C above, where the mean is held (m3/kg).
-    pub inverse_mass: f64,
+    pub inverse_density: f64,
     /// The ranks.
     pub session: &'a Session,
 }
 
 impl<const D: usize> Driving<'_, D> {
-    /// Changes the drive over the step `dt` (s) to what it has to be for these velocities through
-    /// faces (m/s), and these by that on open faces. Returns the change (N/m3), which bodies have
-    /// yet to follow. Collective.
+    /// Changes the drive over the step `dt` (s) so that the velocities through faces (m/s) have the
+    /// mean that is held, and changes them accordingly on open faces. Returns the change (N/m3),
+    /// which bodies have yet to follow. Collective.
     pub fn follow(
         &mut self,
         grid: &Grid<D>,
@@ -87,7 +87,7 @@ impl<const D: usize> Driving<'_, D> {
         let mut change = Vector3::zeros();
         let Drive::Held { axis, velocity } = *self.drive else { return Ok(change) };
         let mean = mean(self.session, grid, axis, faces)?;
-        change[axis] = (velocity - mean) / (dt * self.inverse_mass);
+        change[axis] = (velocity - mean) / (dt * self.inverse_density);
         *self.force += change;
         let face = &mut faces[axis];
         let acceleration = dt * change[axis];

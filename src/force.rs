@@ -36,7 +36,7 @@ pub struct Forces<const D: usize> {
 }
 
 impl<const D: usize> Forces<D> {
-    /// These on a grid; `None` where there are none.
+    /// The given forces on a grid; `None` where there are none.
     pub fn new(grid: &Grid<D>, all: Vec<Arc<dyn Force>>) -> Option<Forces<D>> {
         (!all.is_empty()).then(|| Forces {
             all,
@@ -125,7 +125,7 @@ impl<const D: usize> Forces<D> {
         self.largest
     }
 
-    /// What the fluid outside the bodies has of them (N), as [`Forces::share`] found it.
+    /// Sum of the forces on the fluid outside the bodies (N), as [`Forces::share`] found it.
     pub fn on_fluid(&self) -> Vector3<f64> {
         self.on_fluid
     }

@@ -1,4 +1,4 @@
-//! How many ranks a run is to have, where nobody speaks of MPI.
+//! Number of ranks that a run is to have, where nobody speaks of MPI.
 //!
 //! ```text
 //!   work = cells + 30 (cells that the surfaces of bodies cut),     ranks = work/100,000
@@ -14,26 +14,26 @@ use std::path::Path;
 use std::str::FromStr;
 use std::{env, thread};
 
-/// Work, in cells of fluid, below which a rank has more to say than to do.
+/// Work of a rank, in cells of fluid, below which it communicates more than it computes.
 const WORK_A_RANK: usize = 100_000;
 
 /// Cells below which a rank's box is little but ghosts.
 const CELLS_A_RANK: usize = 8_000;
 
-/// What a cell that a body's surface cuts costs, in cells of fluid.
+/// Cost of a cell that a body's surface cuts, in cells of fluid.
 const SURFACE_CELL: f64 = 30.0;
 
 /// The work of a step and the cells that it is divided by.
 #[derive(Clone, Copy, Debug)]
-pub struct Work {
+pub struct RunSize {
     cells: usize,
     /// In cells of fluid.
     work: usize,
 }
 
-impl Work {
-    /// That of a case, with its bodies as they are told.
-    pub fn of(case: &Case) -> Work {
+impl RunSize {
+    /// The work of a case, with its bodies as they are told.
+    pub fn of(case: &Case) -> RunSize {
         let domain = &case.domain;
         let cells: usize = domain.cells.iter().product();
         let spacing = domain.size.iter().zip(&domain.cells).map(|(size, n)| size / *n as f64);
@@ -43,16 +43,16 @@ impl Work {
             PI * if domain.cells.len() == 2 { across } else { across * across }
         };
         let surfaces: f64 = case.particle.iter().map(surface).sum();
-        Work { cells, work: cells + (SURFACE_CELL * surfaces) as usize }
+        RunSize { cells, work: cells + (SURFACE_CELL * surfaces) as usize }
     }
 
-    /// How many ranks it is enough for, at least 1.
+    /// Number of ranks that it is enough for, at least 1.
     pub fn ranks(self) -> usize {
         (self.work / WORK_A_RANK).min(self.cells / CELLS_A_RANK).max(1)
     }
 
-    /// What is to be said of so many ranks, where the work is enough for more of them; `None` where
-    /// that is right.
+    /// Advice on a number of ranks, where the work is enough for more of them; `None` where that is
+    /// right.
     pub fn advice(self, ranks: usize) -> Option<String> {
         let enough = self.ranks();
         let cores = cores();
@@ -71,12 +71,12 @@ impl Work {
     }
 }
 
-/// How many ranks a run is to have.
+/// Number of ranks that a run is to have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ranks {
     /// As many as there are cores, and fewer where each would have too little work.
     Auto,
-    /// So many.
+    /// A given number.
     Count(usize),
 }
 
@@ -93,8 +93,8 @@ impl FromStr for Ranks {
 }
 
 impl Ranks {
-    /// How many so much work has on a machine with so many cores.
-    fn count(self, work: Work, cores: usize) -> usize {
+    /// Number of ranks for some work on a machine with so many cores.
+    fn count(self, work: RunSize, cores: usize) -> usize {
         match self {
             Ranks::Auto => cores.min(work.ranks()),
             Ranks::Count(count) => count,
@@ -110,10 +110,10 @@ pub fn cores() -> usize {
 /// The variable that tells ranks that whoever started them shows how far they are.
 pub const WATCHED: &str = "MICS_RANKS_WATCHED";
 
-/// What the first rank of several is told by those who start it: mpirun, and servers of srun.
+/// Variables that the first rank of several gets from its starter: mpirun, and servers of srun.
 const OF_A_RANK: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"];
 
-/// What is to be done before a run begins.
+/// Plan for the start of a run.
 pub struct Launch {
     /// The ranks that are to be started; 1 where this process is to run the case.
     pub ranks: usize,
@@ -123,9 +123,9 @@ pub struct Launch {
     pub large: bool,
 }
 
-/// How a case is to be started. This process runs it where one rank is enough, or where nobody has
-/// said how many and this is a rank already or a solver has been chosen, whose ways on ranks are
-/// its own.
+/// Plans the start of a case. This process runs it where one rank is enough, or where nobody has
+/// said how many and this is a rank already or a solver has been chosen, which behaves on several
+/// ranks in its own way.
 ///
 /// # Errors
 /// When the case is wrong, or this is a rank already and more are asked for.
@@ -137,7 +137,7 @@ pub fn plan(ranks: Option<Ranks>, case: &Path, set: &[String], options: bool) ->
         ));
     }
     let case = read_case(case, set)?.case;
-    let work = Work::of(&case);
+    let work = RunSize::of(&case);
     let ranks = match ranks {
         _ if is_rank => 1,
         Some(ranks) => ranks.count(work, cores()),
@@ -146,11 +146,11 @@ pub fn plan(ranks: Option<Ranks>, case: &Path, set: &[String], options: bool) ->
     Ok(Launch { ranks, name: case.name, large: work.work >= WORK_A_RANK })
 }
 
-/// How many ranks a case has where nobody has said so, with or without PETSc's options on the
+/// Number of ranks of a case where nobody has given one, with or without PETSc's options on the
 /// command line.
 pub fn usual(case: &Case, options: bool) -> usize {
     let chosen = options || chooses_solver(case);
-    if chosen { 1 } else { Ranks::Auto.count(Work::of(case), cores()) }
+    if chosen { 1 } else { Ranks::Auto.count(RunSize::of(case), cores()) }
 }
 
 /// Whether a case has a solver of its own choice.
@@ -166,7 +166,7 @@ mod tests {
     fn ranks_option_is_number_or_auto() {
         assert_eq!(("auto".parse(), "3".parse()), (Ok(Ranks::Auto), Ok(Ranks::Count(3))));
         assert!(["0", "-1", "two", ""].iter().all(|text| text.parse::<Ranks>().is_err()));
-        let work = |cells, work| Work { cells, work };
+        let work = |cells, work| RunSize { cells, work };
         let auto = |cells, of_bodies| Ranks::Auto.count(work(cells, cells + of_bodies), 8);
         assert_eq!([auto(50_000, 0), auto(250_000, 0), auto(10_000_000, 0)], [1, 2, 8]);
         // Many bodies on a small grid, and on one that cannot be divided further.
@@ -178,7 +178,7 @@ mod tests {
     fn work_counts_cells_and_cells_at_surfaces_of_bodies() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/settling-sphere/case.toml");
         let case = read_case(&path, &[]).unwrap().case;
-        let Work { cells, work } = Work::of(&case);
+        let RunSize { cells, work } = RunSize::of(&case);
         let domain = &case.domain;
         let across = case.particle[0].shape.diameter() * domain.cells[0] as f64 / domain.size[0];
         assert_eq!((case.particle.len(), cells), (1, domain.cells.iter().product::<usize>()));

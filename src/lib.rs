@@ -4,7 +4,7 @@
 //! in the repository's `docs/`. Read in this order: what is solved (here), a step (of a
 //! [`method`]), its terms ([`kernels::advection`], [`kernels::diffusion`], [`kernels::faces`],
 //! [`poisson::pressure`]), its stability ([`scheme`]), the wall ([`method::sharp`],
-//! [`method::mics2003`]), contacts ([`contact`]), the constants ([`numerics`]), and what a case can
+//! [`method::mixture`]), contacts ([`contact`]), the constants ([`numerics`]), and what a case can
 //! ask for ([`config::Case`] and the tables in it, [`config::MeasureKind`] for what is
 //! measured). Each page opens with its formulas, and with the stencil where there is one.
 //!
@@ -30,7 +30,7 @@
 //! ```text
 //! (7)      u* = u + dt [ -div(U u) + div( mu (grad u + grad u^T) )/rho ]
 //!              cells, the fluid's rho and mu
-//! (8)      U = H q + m U_b.n,  q = mean(u*) + dt a + memory,  a = -grad p^n/rho
+//! (8)      U = H q + m U_b.n,  q = mean(u*) + dt a + correction,  a = -grad p^n/rho
 //!              faces, U_b the body's motion
 //! (13-15)  -div( H grad phi )/rho + added mass of free bodies = -D/dt           until max |D| < D0
 //! (16)     u = u* + dt (H_w a_w + H_e a_e)/(1 + (H_w + H_e)/2)        cells, with the new pressure
@@ -39,7 +39,7 @@
 //! ```
 //! [`method::sharp`] derives it.
 //!
-//! # The paper's mixing
+//! # The mixture method of the paper
 //!
 //! The method of the paper (Ushijima et al. 2003), whose equation numbers are used throughout, as
 //! it is printed: fluid and particles are one mixture. With the fraction `alpha_k` of a cell inside
@@ -59,7 +59,7 @@
 //! (27)     u = u_f + sum_k alpha_k (v_k - u_f),  v_k = V_k + omega_k x r             the wall
 //! (28, 29) p = p_f + sum_k alpha_k (mean of p in k - p_f)
 //! ```
-//! It is there to compare with the paper; [`method::mics2003`] is its step.
+//! It is there to compare with the paper; [`method::mixture`] is its step.
 //!
 //! # The house
 //!
@@ -68,7 +68,7 @@
 //! | module | owns |
 //! |---|---|
 //! | [`petsc`] | session, decomposition and halo of the grid, linear solve; the only `unsafe` |
-//! | [`grid`] | the grid, its fields, the conditions at the faces of the box |
+//! | [`grid`] | the grid, its fields, the conditions at the sides of the box |
 //! | [`kernels`] | advection, diffusion, faces: a file each, its stencil at the top |
 //! | [`poisson`] | the pressure equation: operator, multigrid, C-HSMAC |
 //! | [`geometry`] | solid fractions of cells and faces; the shapes are [`mics_shapes`]'s |
@@ -77,7 +77,7 @@
 //! | [`drive`] | a force, a slope or a flow rate that moves the fluid |
 //! | [`force`] | a force per volume by place, time and velocity, that a library's user gives |
 //! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
-//! | [`method`] | how a step is made: sharp surfaces, the paper's mixing, no bodies |
+//! | [`method`] | how a step is made: sharp surfaces, the mixture method, no bodies |
 //! | [`numerics`], [`scheme`], [`step_size`] | numbers; time schemes, limits and length of a step |
 //! | [`config`], [`error`], [`interrupt`] | of [`mics_run`]: a checked case; errors; signals |
 //! | [`scene`] | case to scene: builds only what the scene needs |

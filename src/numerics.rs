@@ -44,28 +44,28 @@ pub const SLOPE_IMAGE_POINT: f64 = 0.7;
 /// faces late. Valid from 0.001 to 100.0.
 pub const CORRECTION_COURANT: f64 = 0.2;
 
-/// Rate at which viscosity takes that correction (nu/h^2) on faces that no body cuts, where bodies
+/// Decay rate of that correction by viscosity (nu/h^2) on faces that no body cuts, where bodies
 /// move. Valid from 0.0 to 100.0.
 pub const CORRECTION_DECAY_OPEN: f64 = 0.4;
 
-/// The same on faces that a body cuts, in 2D. Smaller, a creeping flow keeps in its faces what its
-/// cells have lost, and is driven by it; larger, a wall reaches the faces late. Valid from 0.0 to
-/// 100.0.
+/// Decay rate of that correction on faces that a body cuts, in 2D (nu/h^2). Smaller, a creeping
+/// flow keeps in its faces what its cells have lost, and is driven by it; larger, a wall reaches
+/// the faces late. Valid from 0.0 to 100.0.
 pub const CORRECTION_DECAY_CUT_2D: f64 = 0.105;
 
-/// The same in 3D. Valid from 0.0 to 100.0.
+/// Decay rate of that correction on cut faces in 3D (nu/h^2). Valid from 0.0 to 100.0.
 pub const CORRECTION_DECAY_CUT_3D: f64 = 0.25;
 
-/// The same on all faces where no body moves. Valid from 0.0 to 100.0.
+/// Decay rate of that correction where no body moves, all faces (nu/h^2). Valid from 0.0 to 100.0.
 pub const CORRECTION_DECAY_FIXED: f64 = 4.0;
 
 /// Largest weight of the pressure gradient at a face itself, in place of the mean of the cells', in
 /// the prediction of face velocities where there are no bodies. Valid from 0.001 to 1.0.
 pub const PRESSURE_WEIGHT: f64 = 0.2;
 
-/// How long (h^2/nu) faces go by the last pressure at once; for the rest of a step they take the
-/// mean of the cells' acceleration. Longer, a steady flow leaks through the faces and has less drag
-/// the longer the step; shorter, a pressure that alternates from cell to cell takes `0.05 nu
+/// Time (h^2/nu) for which faces go by the last pressure at once; for the rest of a step they take
+/// the mean of the cells' acceleration. Longer, a steady flow leaks through the faces and has less
+/// drag the longer the step; shorter, a pressure that alternates from cell to cell takes `0.05 nu
 /// dt/h^2` steps and more to decay. Valid from 0.0 to 1e6.
 pub const PRESSURE_TIME: f64 = 0.05;
 
@@ -73,8 +73,8 @@ pub const PRESSURE_TIME: f64 = 0.05;
 /// defect. Fewer, its noise moves bodies; more, light bodies lag. Valid from 0.1 to 1000.0.
 pub const DEFECT_TIME: f64 = 3.0;
 
-/// Rate at which viscosity makes it follow (nu/h^2). Smaller, the force on a falling body still
-/// pushes it when it lies. Valid from 0.0 to 100.0.
+/// Rate at which viscosity makes that filtered defect follow (nu/h^2). Smaller, the force on a
+/// falling body still pushes it when it lies. Valid from 0.0 to 100.0.
 pub const DEFECT_DECAY: f64 = 0.1;
 
 /// Part of the stability limits, other than the Courant number's, that steps chosen by `time.cfl`
@@ -87,8 +87,7 @@ pub const STEP_GROWTH: f64 = 1.1;
 /// Part of its added mass that a body without mass has in a contact. Valid from 0.0 to 10.0.
 pub const ADDED_MASS_SHARE: f64 = 0.4;
 
-/// How much larger that part is for each density of the fluid that the body has. Valid from 0.0 to
-/// 10.0.
+/// Increase of that part for each density of the fluid that the body has. Valid from 0.0 to 10.0.
 pub const ADDED_MASS_SLOPE: f64 = 0.25;
 
 /// Largest part of its added mass that a body has in a contact. Valid from 0.0 to 100.0.
@@ -99,7 +98,7 @@ pub const LARGEST_ADDED_MASS_SHARE: f64 = 1.6;
 /// for longer. Valid from 0.0001 to 1.0.
 pub const MEAN_FORCE_WEIGHT: f64 = 0.02;
 
-/// Largest sustained contact force, of that mean: what the fluid responds to it is expected in the
+/// Largest sustained contact force, over that mean: the fluid's response to it is expected in the
 /// next step too. Smaller, a bed at rest is never sure of its weight; without bound, impacts lose
 /// energy. Valid from 1.0 to 1e6.
 pub const SUSTAINED_FORCE: f64 = 2.0;
@@ -119,15 +118,14 @@ pub const AUTO_OVERLAP: f64 = 0.01;
 /// that approach each other and a wall in Stokes flow. Valid from 0.01 to 10.0.
 pub const HALF_GAP_2D: f64 = 1.5;
 
-/// The same for spheres, fitted to a sphere let go beside a wall. Valid from 0.01 to 10.0.
+/// Half-force gap of spheres (spacings), fitted to one let go at a wall. Valid from 0.01 to 10.0.
 pub const HALF_GAP_3D: f64 = 0.6;
 
-/// How much wider than it is the grid shows a closed gap between discs that slide along it
-/// (spacings), fitted to a disc pulled along a wall in Stokes flow; twice that where they roll.
-/// Valid from 0.001 to 10.0.
+/// Width that the grid adds to a closed gap between discs that slide along it (spacings), fitted to
+/// a disc pulled along a wall in Stokes flow; twice that where they roll. Valid from 0.001 to 10.0.
 pub const SHEAR_GAP_2D: f64 = 0.28;
 
-/// The same for spheres. Valid from 0.001 to 10.0.
+/// Width that the grid adds to such a gap between spheres (spacings). Valid from 0.001 to 10.0.
 pub const SHEAR_GAP_3D: f64 = 0.22;
 
 /// Gap from which on the grid has all of the lubrication force (spacings). Valid from 0.1 to 100.0.

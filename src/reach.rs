@@ -1,5 +1,5 @@
-//! Which bodies reach which ranks. Every rank finds it by the places of the bodies, and all find
-//! the same: nobody has to be told.
+//! Ranks that bodies reach. Every rank finds them from the places of the bodies, and all find the
+//! same: nobody has to be told.
 
 use crate::geometry::{Block, images};
 use crate::grid::Grid;
@@ -11,11 +11,11 @@ use std::ops::Range;
 /// The bodies that reach this rank's cells, whom it shares them with, and who owns each: the rank
 /// of its centre.
 #[derive(Clone, Debug, Default)]
-pub struct Reach {
+pub struct BodyRanks {
     rank: u32,
-    /// Those that reach this rank, ascending.
+    /// The bodies that reach this rank, ascending.
     here: Vec<u32>,
-    /// Those of them that reach other ranks.
+    /// The ones among these that reach other ranks.
     sharing: Sharing,
     /// Scratch: these with each rank that they reach.
     shared: Vec<(u32, u32)>,
@@ -26,9 +26,9 @@ pub struct Reach {
     begin: Vec<u32>,
 }
 
-impl Reach {
-    /// That of so many bodies on one of so many ranks: all are here until it is found.
-    pub fn new(rank: usize, ranks: usize, bodies: usize) -> Reach {
+impl BodyRanks {
+    /// The reach of so many bodies on one of so many ranks: all are here until it is found.
+    pub fn new(rank: usize, ranks: usize, bodies: usize) -> BodyRanks {
         let all: Vec<u32> = (0..bodies as u32).collect();
         let begin = (0..=ranks).map(|r| if r > rank { bodies as u32 } else { 0 }).collect();
         let owner = vec![rank as u32; bodies];
@@ -36,11 +36,11 @@ impl Reach {
         let shared = Vec::new();
         let rank = rank as u32;
         let here = all.clone();
-        Reach { rank, here, sharing, shared, owner, by_owner: all, begin }
+        BodyRanks { rank, here, sharing, shared, owner, by_owner: all, begin }
     }
 
-    /// Finds it anew for bodies of which `extent` gives how far from its centre, along each axis, a
-    /// rank can have something of one (m). On one rank all stay here.
+    /// Finds the reach anew; `extent` gives how far from a body's centre, along each axis, a rank
+    /// can have something of the body (m). On one rank all stay here.
     pub fn find<const D: usize>(
         &mut self,
         grid: &Grid<D>,
@@ -65,7 +65,7 @@ impl Reach {
     /// `ranks_of` gives the owner of a body, and calls what it gets with each rank that the body
     /// reaches.
     fn take(&mut self, mut ranks_of: impl FnMut(usize, &mut dyn FnMut(usize)) -> usize) {
-        let Reach { rank, here, sharing, shared, owner, by_owner, begin } = self;
+        let BodyRanks { rank, here, sharing, shared, owner, by_owner, begin } = self;
         here.clear();
         shared.clear();
         begin.fill(0);
@@ -100,12 +100,12 @@ impl Reach {
         begin[0] = 0;
     }
 
-    /// How many bodies there are on all ranks.
+    /// Number of bodies on all ranks.
     pub fn bodies(&self) -> usize {
         self.owner.len()
     }
 
-    /// Those that reach this rank, ascending.
+    /// The bodies that reach this rank, ascending.
     pub fn here(&self) -> impl ExactSizeIterator<Item = usize> + Clone + '_ {
         self.here.iter().map(|k| *k as usize)
     }
@@ -130,7 +130,7 @@ mod tests {
     fn reach_lists_shared_bodies_by_rank_and_owner() {
         // Ranks 0, 1, 2; this is 1. Body 0 on 0 and 1, 1 on 2 alone, 2 on all, 3 here alone.
         let bodies: [&[usize]; 4] = [&[0, 1], &[2], &[2, 0, 1, 0], &[1]];
-        let mut reach = Reach::new(1, 3, 4);
+        let mut reach = BodyRanks::new(1, 3, 4);
         assert_eq!(reach.here().collect::<Vec<_>>(), [0, 1, 2, 3]);
         reach.take(|k, take| {
             bodies[k].iter().for_each(|rank| take(*rank));

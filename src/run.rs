@@ -18,7 +18,7 @@ use crate::check::check_memory;
 use crate::clock::Stage;
 use crate::config::{Case, Loaded};
 use crate::interrupt::Interrupt;
-use crate::launch::Work;
+use crate::launch::RunSize;
 use crate::output::progress::Progress;
 use crate::output::{Folder, Log, Marks, may_use, refuse_held};
 use crate::petsc::Session;
@@ -43,7 +43,7 @@ use summary::Summary;
 /// whoever starts a run gives it what draws them.
 pub type Draw = fn(&Path) -> Result<Vec<PathBuf>>;
 
-/// What `mics run` was told.
+/// Request to `mics run`.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The case file.
@@ -107,7 +107,7 @@ struct Run<'a, const D: usize> {
     draw: Draw,
 }
 
-/// What ranks ask for at the end of a step.
+/// Requests of the ranks at the end of a step.
 struct Requested {
     /// To stop, since somebody asked for it.
     stop: bool,
@@ -187,7 +187,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let (status, result) = match result {
             Ok(()) => ("done", Ok(())),
             Err(stop @ Error::Interrupted(_)) => ("interrupted", Err(stop)),
-            // What the user asked for and the first solve refuses.
+            // The first solve refuses something that the user asked for.
             Err(refused @ Error::Usage(_)) => ("failed", Err(refused)),
             Err(e) => ("failed", Err(self.bring_back_kept(e)?)),
         };
@@ -223,7 +223,7 @@ impl<'a, const D: usize> Run<'a, D> {
             self.records.out.display()
         ));
         let Origin { notes, inherited, restart, .. } = &self.origin;
-        let idle = Work::of(self.case).advice(ranks);
+        let idle = RunSize::of(self.case).advice(ranks);
         notes.iter().chain(inherited).chain(&idle).for_each(|line| log.say(line));
         for warning in crate::check::warnings(self.case, scene)? {
             log.say(&warning);
@@ -355,7 +355,7 @@ impl<'a, const D: usize> Run<'a, D> {
         let mut broken = [f64::from(matches!(error, Error::Io { .. } | Error::Petsc { .. }))];
         self.session.max(&mut broken)?;
         if broken[0] == 0.0 {
-            self.kept.bring_back(&mut self.stepper.scene);
+            self.kept.restore(&mut self.stepper.scene);
             let _ = self.records.write_last_fields(&mut self.stepper.scene);
         }
         let mut said = format!("{}: {error}", self.stepper.names_step());

@@ -18,7 +18,7 @@ use crate::error::NotFinite;
 use crate::force::{Force, Forces};
 use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid};
 use crate::kernels::{diffusion, faces};
-use crate::method::{Kind, Method, energy, sharp};
+use crate::method::{Method, MethodKind, energy, sharp};
 use crate::particles::Body;
 use crate::petsc::{Layout, Session};
 use crate::poisson::pressure::{Projected, Projection, StoppingRule};
@@ -39,28 +39,28 @@ use std::sync::Arc;
 
 /// A scene that runs.
 pub struct Scene<const D: usize> {
-    /// Where it takes place.
+    /// The grid, the fluid, the pressure equation and the ranks.
     pub domain: Domain<D>,
-    /// What lasts from step to step.
+    /// The state, which lasts from step to step.
     pub state: State<D>,
-    /// How a step is made, and its scratch.
+    /// The method of a step, and its scratch.
     pub method: Box<dyn Method<D>>,
-    /// Why the pressure equation is solved as it is.
+    /// Reason for the choice of the pressure solver.
     pub(crate) solver_reason: &'static str,
-    /// Courant number per second of what the boundaries prescribe (1/s): in a fluid at rest nothing
-    /// else tells it.
+    /// Courant number per second of the velocities that the boundaries prescribe (1/s): in a fluid
+    /// at rest nothing else tells it.
     boundary_rate: f64,
     /// Largest acceleration (m/s2) by which gravity may set off a body that has yet to come in.
     coming_fall: f64,
     /// The impacts that the case lets expect.
     impact: Impact,
-    /// Scratch: how the bodies moved at the start of a step.
-    motions: Vec<energy::Motion>,
+    /// Scratch: motion of the bodies at the start of a step.
+    motions: Vec<energy::BodyBefore>,
     /// Scratch: cells inside the bodies and their velocity (m/s).
     inside: Vec<(usize, [f64; D])>,
 }
 
-/// What a step took and left.
+/// Outcome of a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Report {
     /// The pressure iteration.
@@ -88,7 +88,7 @@ impl<const D: usize> Scene<D> {
         Scene::extended(session, case, None, Vec::new())
     }
 
-    /// The same with these bodies, of any shape, in place of the case's particles. Collective.
+    /// Builds the scene with these bodies, of any shape, in place of the particles. Collective.
     ///
     /// # Errors
     /// As [`Scene::extended`].
@@ -96,8 +96,8 @@ impl<const D: usize> Scene<D> {
         Scene::extended(session, case, Some(bodies), Vec::new())
     }
 
-    /// The same with these bodies, or the case's particles where they are `None`, and with these
-    /// forces per volume on the fluid. Collective.
+    /// Builds the scene with these bodies, or the case's particles where they are `None`, and with
+    /// these forces per volume on the fluid. Collective.
     ///
     /// # Errors
     /// As [`Scene::new`]; and when the case asks for what a body's shape does not have, or its
@@ -132,17 +132,17 @@ impl<const D: usize> Scene<D> {
             .filter(|body| enters(body))
             .filter_map(|body| fall(body, &fluid))
             .fold(0.0, f64::max);
-        // Of all bodies as they start, so that a stiffness that nobody gave is one and the same
-        // whoever comes and goes.
+        // The impacts are those of all bodies as they start, so that a stiffness that nobody gave
+        // is the same whoever comes and goes.
         let impact = build::impact(case, &bodies);
         bodies.retain(|body| !enters(body));
         let method = method(&domain, case, &bodies, impact);
-        if method.kind() == Kind::Sharp
+        if method.kind() == MethodKind::Sharp
             && (!waiting.is_empty() || bodies.iter().any(|b| b.freedom().is_some()))
         {
             domain.projection.solver().refuse_without_low_rank()?;
         }
-        if method.kind() == Kind::Mixing && domain.forces.is_some() {
+        if method.kind() == MethodKind::Mixture && domain.forces.is_some() {
             let why = "forces that vary act on fluid beside sharp surfaces: set coupling.wall = \
                        \"sharp\"";
             return Err(Error::Usage(why.into()));
@@ -229,19 +229,20 @@ impl<const D: usize> Scene<D> {
     /// When the first projection fails.
     pub fn start(&mut self) -> Result<()> {
         self.state.faces.iter_mut().for_each(|f| f.fill(0.0));
-        self.let_in();
+        self.set_backflow_pressure();
         self.domain.take_forces(&self.state.u, self.state.time);
         self.method.start(&mut self.domain, &mut self.state)?;
-        self.let_in();
+        self.set_backflow_pressure();
         energy::start(&mut self.domain, &mut self.state, &mut *self.method)?;
         self.domain.clock = Default::default();
         Ok(())
     }
 
-    /// Lets what comes in through outflows come from rest, in the next step.
-    fn let_in(&mut self) {
+    /// Sets the pressure at outflows so that fluid comes in from rest in the next step.
+    fn set_backflow_pressure(&mut self) {
         let Scene { domain, state, method, .. } = self;
-        if domain.boundaries.let_in(domain.fluid.density, &state.faces, &mut state.p) {
+        if domain.boundaries.set_backflow_pressure(domain.fluid.density, &state.faces, &mut state.p)
+        {
             method.find_acceleration(domain, state);
         }
     }
@@ -257,7 +258,7 @@ impl<const D: usize> Scene<D> {
 
     fn advance(&mut self, dt: f64) -> Result<Report> {
         self.motions.clear();
-        self.motions.extend(self.state.bodies.iter().map(energy::Motion::of));
+        self.motions.extend(self.state.bodies.iter().map(energy::BodyBefore::of));
         let start = self.state.time;
         self.domain.take_forces(&self.state.u, start + 0.5 * dt);
         let power = energy::power_of_forces(&self.domain, &self.state.u, &*self.method)?;
@@ -280,7 +281,7 @@ impl<const D: usize> Scene<D> {
                     &*self.method,
                     [all_cells, inside],
                 )?;
-                self.let_in();
+                self.set_backflow_pressure();
                 self.domain.take_forces(&self.state.u, self.state.time);
                 self.domain.clock.lap(Stage::Logs);
                 self.domain.clock.count();
@@ -306,7 +307,7 @@ impl<const D: usize> Scene<D> {
             return Err(Error::Usage("its time runs backwards".into()));
         }
         domain.boundaries.fill_velocity(&mut state.u)?;
-        domain.boundaries.let_in(domain.fluid.density, &state.faces, &mut state.p);
+        domain.boundaries.set_backflow_pressure(domain.fluid.density, &state.faces, &mut state.p);
         domain.boundaries.fill_pressure(&mut state.p)?;
         domain.take_forces(&state.u, state.time);
         method.resume(domain, state)?;
@@ -330,8 +331,8 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Brings back what [`State::keep`] copied, for readers; the next step would need more.
-    pub fn bring_back(&mut self, kept: &Readable<D>) {
-        self.state.bring_back(kept);
+    pub fn restore(&mut self, kept: &Readable<D>) {
+        self.state.restore(kept);
         self.method.place(&self.domain, &self.state);
     }
 
@@ -356,7 +357,7 @@ impl<const D: usize> Scene<D> {
     fn diffusion_rates(&self) -> (f64, f64) {
         let grid = &self.domain.grid;
         let Fluid { density, viscosity, .. } = self.domain.fluid;
-        let mixed = self.method.kind() == Kind::Mixing;
+        let mixed = self.method.kind() == MethodKind::Mixture;
         let bodies = || self.state.bodies.iter().filter(|_| mixed);
         let nu = bodies().map(|b| b.viscosity).fold(viscosity, f64::max)
             / bodies().map(|b| b.density).fold(density, f64::min);
@@ -385,8 +386,8 @@ impl<const D: usize> Scene<D> {
         Ok(format!("{} ({reason})", solver.describe()?))
     }
 
-    /// Kinetic energy of all cells, what lies inside bodies with them (J; per metre of depth in
-    /// 2D), and the largest speed of the fluid, of cells outside the bodies (m/s). Collective.
+    /// Kinetic energy of all cells, those inside bodies included (J; per metre of depth in 2D), and
+    /// the largest speed of the fluid in cells outside the bodies (m/s). Collective.
     ///
     /// # Errors
     /// When a velocity is not finite: names the cell or the particle.
@@ -406,7 +407,7 @@ fn fall(body: &Body, fluid: &Fluid) -> Option<f64> {
     )
 }
 
-/// The domain of a case with these bodies, and why its pressure is solved as it is. Collective.
+/// The domain of a case with these bodies. Collective.
 fn build_domain<const D: usize>(
     session: &Session,
     case: &Case,

@@ -37,11 +37,11 @@ pub struct Scheme {
     share: f64,
     /// Whether advection amplifies what viscosity does not damp.
     needs_viscosity: bool,
-    /// Where viscosity asks for more stages than these: the most of [`legendre::Legendre`].
+    /// Most stages of [`legendre::Legendre`] where viscosity asks for more stages than these.
     pub most_stages: Option<usize>,
 }
 
-/// What upwind advection takes of the limit of diffusion at a Courant number of 1.
+/// Part of the limit of diffusion that upwind advection takes at a Courant number of 1.
 const UPWIND_SHARE: f64 = 8.0 / 15.0;
 
 /// One stage with upwind advection.
@@ -90,23 +90,23 @@ pub static RK3: Scheme = Scheme {
     most_stages: None,
 };
 
-/// The same in Legendre stages: little of the far end of their limit is left to advection.
+/// That part in Legendre stages: little of the far end of their limit is left to advection.
 const LEGENDRE_SHARE: f64 = 0.2;
 
 impl Scheme {
-    /// It with up to so many Legendre stages where viscosity asks for them: more than it has
+    /// The scheme with up to `most` Legendre stages where viscosity asks for them: more than it has
     /// itself, or it stays as it is.
     pub fn stabilised(self, most: usize) -> Scheme {
         Scheme { most_stages: (most > self.weights.len()).then_some(most), ..self }
     }
 
-    /// It without stages that viscosity asks for.
+    /// The scheme without stages that viscosity asks for.
     pub fn explicit(&self) -> Scheme {
         Scheme { most_stages: None, ..*self }
     }
 
-    /// It with the limits of its longest steps of Legendre stages: where advection binds, those of
-    /// [`RK2`].
+    /// The scheme with the limits of its longest steps of Legendre stages: where advection binds,
+    /// those of [`RK2`].
     fn long(&self) -> Option<Scheme> {
         let diffusion_limit = legendre::limit(self.most_stages?);
         let courant_limit = RK2.courant_limit;
@@ -119,7 +119,7 @@ impl Scheme {
         })
     }
 
-    /// How many stages a step needs that is so many times the limit of Euler's diffusion: its own
+    /// Number of stages that a step of so many times the limit of Euler's diffusion needs: its own
     /// up to where these would hold at the Courant number of Legendre stages.
     pub fn stages_for(&self, diffusion: f64) -> usize {
         let holds =
@@ -139,7 +139,7 @@ impl Scheme {
     }
 }
 
-/// What limits the time step.
+/// Bound of the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     /// This Courant number.
@@ -164,7 +164,7 @@ impl fmt::Display for Bound {
     }
 }
 
-/// How fast the time step's limits are used up, at the present velocities.
+/// Rates at which the time step's limits are used up, at the present velocities.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Courant number per second (1/s).
@@ -174,7 +174,7 @@ pub struct Limits {
     /// The fluid's part of it along the axis where it is least (1/s): what damps waves along that
     /// axis.
     pub damping_rate: f64,
-    /// How fast gravity may raise the Courant rate (1/s2), where particles are free to fall.
+    /// Largest growth of the Courant rate (1/s2) by gravity on free particles and by forces.
     pub courant_growth: f64,
     /// The scheme that steps.
     pub scheme: Scheme,
@@ -187,7 +187,7 @@ impl Limits {
         2.0 * cfl / (rate + (rate * rate + 4.0 * cfl * self.courant_growth).sqrt())
     }
 
-    /// It for the steps of the scheme's own stages, and for those of Legendre stages.
+    /// These limits for steps of the scheme's own stages, and for those of Legendre stages.
     pub fn ranges(&self) -> impl Iterator<Item = Limits> {
         let with = |scheme| Limits { scheme, ..*self };
         std::iter::once(with(self.scheme.explicit())).chain(self.scheme.long().map(with))

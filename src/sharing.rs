@@ -11,7 +11,7 @@
 use crate::Result;
 use crate::petsc::{Exchange, Session};
 
-/// What this rank shares with others: the same pairs on both of any two ranks.
+/// Items that this rank shares with others: the same pairs on both of any two ranks.
 #[derive(Clone, Debug, Default)]
 pub struct Sharing {
     rank: u32,
@@ -37,12 +37,12 @@ impl Messages {
 }
 
 impl Sharing {
-    /// Of this rank, which shares nothing yet.
+    /// The sharing of a rank that shares nothing yet.
     pub fn new(rank: usize) -> Sharing {
         Sharing { rank: rank as u32, ..Sharing::default() }
     }
 
-    /// All of so many items on all ranks.
+    /// The sharing of so many items, all of them on all ranks.
     pub fn among_all(session: &Session, items: usize) -> Sharing {
         let mut sharing = Sharing::new(session.rank());
         let others = (0..session.size()).filter(|rank| *rank != session.rank());

@@ -1,6 +1,6 @@
-//! What lasts from one step to the next, and nothing else: a step is a function of it. Whatever
-//! else a method keeps can be dropped and made anew between any two steps, and is, when a run goes
-//! on from a checkpoint.
+//! The state lasts from one step to the next, and nothing else does: a step is a function of it.
+//! Whatever else a method keeps can be dropped and made anew between any two steps, and is, when a
+//! run goes on from a checkpoint.
 
 mod balance;
 mod energy;
@@ -31,23 +31,23 @@ pub struct State<const D: usize> {
     pub dt: f64,
     /// Substeps of the contacts in the last step.
     pub substeps: usize,
-    /// Velocity at cell centres (m/s), the bodies imposed.
+    /// Velocity at cell centres (m/s), after the forcing by bodies.
     pub u: VectorField<D>,
     /// Pressure without its hydrostatic part (Pa).
     pub p: Vec<f64>,
     /// Velocity through faces (m/s), divergence-free to D0.
     pub faces: VectorField<D>,
-    /// That of the step before; empty where the scheme carries with `faces` alone.
+    /// Face velocity of the step before (m/s); empty where the scheme carries with `faces` alone.
     pub faces_before: VectorField<D>,
     /// The bodies, in the case's order.
     pub bodies: Vec<Body>,
     /// Numbers of the bodies that have yet to come in, ascending.
     pub waiting: Vec<u64>,
-    /// What each body exchanged with the fluid in the last step.
+    /// Exchange of each body with the fluid in the last step.
     pub exchange: Vec<Exchange>,
     /// Contacts that last; none where the scene has no law of contacts.
     pub touching: Touching,
-    /// What sharp surfaces have of the past; `None` with another method.
+    /// History of sharp surfaces; `None` with another method.
     pub surfaces: Option<SurfaceHistory<D>>,
     /// The force by which the fluid is driven (N/m3), uniform; `None` where nothing drives it.
     pub drive: Option<Vector3<f64>>,
@@ -57,7 +57,7 @@ pub struct State<const D: usize> {
     pub energy: EnergyBudget,
 }
 
-/// What a reader of the results needs of a state.
+/// The part of a state that readers of the results need.
 #[derive(Clone, Debug)]
 pub struct Readable<const D: usize> {
     /// Time (s).
@@ -113,7 +113,7 @@ impl<const D: usize> State<D> {
         !self.bodies.iter().map(|body| body.id).eq(kept.bodies.iter().map(|body| body.id))
     }
 
-    /// Copies what a reader of the results needs into `kept`: a twentieth of a step.
+    /// Copies the part that readers need into `kept`: it takes a twentieth of a step.
     pub fn keep(&self, kept: &mut Readable<D>) {
         kept.time = self.time;
         kept.steps = self.steps;
@@ -123,7 +123,7 @@ impl<const D: usize> State<D> {
     }
 
     /// Brings back what [`State::keep`] copied: for readers, since a step needs more.
-    pub fn bring_back(&mut self, kept: &Readable<D>) {
+    pub fn restore(&mut self, kept: &Readable<D>) {
         self.time = kept.time;
         self.steps = kept.steps;
         self.u.clone_from(&kept.u);

@@ -34,7 +34,7 @@ pub fn check_step(loaded: &Loaded, limits: &Limits) -> Result<()> {
     }
 }
 
-/// What chose a time step.
+/// Reason for the length of a time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Choice {
     /// `time.step`.
@@ -95,7 +95,7 @@ pub fn choose_step(case: &Case, limits: &Limits, before: Option<f64>, left: f64)
     (left / (left / wanted * (1.0 - 1e-9)).ceil().max(1.0), choice)
 }
 
-/// What each bound of one kind of stages leaves a step that goes by a Courant number (s).
+/// Longest step (s) by each bound of one kind of stages, where steps go by a Courant number.
 fn shares(limits: &Limits, courant: f64) -> [(Choice, f64); 3] {
     limits.bounds().map(|(bound, dt)| match bound {
         Bound::Advection(most) if courant > most => {

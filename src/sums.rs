@@ -1,13 +1,13 @@
-//! Sums over the ranks of what each has of every body: a struct with names for its numbers, not a
-//! row of them by position.
+//! Sums over the ranks of the numbers that each has of every body: a struct with names for them,
+//! not a row by position.
 //!
-//! [`Reach`] says which bodies reach which ranks. Who needs the sums of all bodies on all ranks
+//! [`BodyRanks`] says which bodies reach which ranks. Who needs the sums of all bodies on all ranks
 //! gets them from the owners, the ranks of the bodies' centres.
 
 use crate::Result;
 use crate::particles::{Load, RigidVelocity};
 use crate::petsc::Session;
-use crate::reach::Reach;
+use crate::reach::BodyRanks;
 use crate::sharing;
 use nalgebra::Vector3;
 
@@ -51,7 +51,7 @@ impl<T: Summed + Clone + Default> BodySums<T> {
     pub fn sum_here(
         &mut self,
         session: &Session,
-        reach: &Reach,
+        reach: &BodyRanks,
         messages: &mut Messages,
         own: impl FnMut(usize) -> T,
     ) -> Result<&mut [T]> {
@@ -63,14 +63,14 @@ impl<T: Summed + Clone + Default> BodySums<T> {
         Ok(&mut self.values)
     }
 
-    /// The same; all ranks get the sums of all bodies. Collective.
+    /// As [`BodySums::sum_here`], but all ranks get the sums of all bodies. Collective.
     ///
     /// # Errors
     /// When ranks cannot reach each other.
     pub fn sum_for_all(
         &mut self,
         session: &Session,
-        reach: &Reach,
+        reach: &BodyRanks,
         messages: &mut Messages,
         own: impl FnMut(usize) -> T,
     ) -> Result<&mut [T]> {
@@ -85,7 +85,7 @@ impl<T: Summed + Clone + Default> BodySums<T> {
     pub fn tell_all(
         &mut self,
         session: &Session,
-        reach: &Reach,
+        reach: &BodyRanks,
         messages: &mut Messages,
         own: impl FnMut(usize) -> T,
     ) -> Result<&mut [T]> {
@@ -93,7 +93,7 @@ impl<T: Summed + Clone + Default> BodySums<T> {
         self.hand_out(session, reach, messages)
     }
 
-    fn take(&mut self, reach: &Reach, mut own: impl FnMut(usize) -> T) {
+    fn take(&mut self, reach: &BodyRanks, mut own: impl FnMut(usize) -> T) {
         self.values.clear();
         self.values.resize(reach.bodies(), T::default());
         for k in reach.here() {
@@ -105,7 +105,7 @@ impl<T: Summed + Clone + Default> BodySums<T> {
     fn hand_out(
         &mut self,
         session: &Session,
-        reach: &Reach,
+        reach: &BodyRanks,
         messages: &mut Messages,
     ) -> Result<&mut [T]> {
         let values = &mut self.values;
@@ -156,7 +156,7 @@ impl Summed for RigidVelocity {
     }
 }
 
-/// How many numbers a value has.
+/// Count of the numbers in a value.
 fn width<T: Summed + Default>() -> usize {
     let mut width = 0;
     T::default().each(&mut |part| width += part.len());

@@ -1,4 +1,4 @@
-//! What the system says: memory, CPU time, host, the time of day.
+//! Facts about the system: memory, CPU time, host, the time of day.
 
 /// Largest resident memory of this process so far (bytes), 0 where the system does not tell.
 pub fn peak_memory() -> f64 {

@@ -138,7 +138,7 @@ def each(jobs, work, scenes):
 def energy_rise(steps, more=(), floor=0.0):
     """Finds the largest rise of the total energy of a run, as a part of what was put in.
 
-    The energy is that of fluid, bodies and normal springs less the work of gravity and borders.
+    The energy is that of fluid, bodies and normal springs less the work of gravity and the sides of the box.
     Nothing may raise it. The rise at a time is the energy then over the least before; it is
     divided by the energy at the start and the largest work of gravity until then. Returns the
     rise, the time of the least energy, that of the rise, and what each loss gave back between
@@ -150,7 +150,7 @@ def energy_rise(steps, more=(), floor=0.0):
     worst = dict(rise=0.0, since=0.0, time=0.0, scale=0.0, given={key: 0.0 for key in LOSSES})
     kept = ("fluid_energy", "bodies_energy", "spring_energy", *more)
     total = [sum(parts) for parts in zip(*(steps[key] for key in kept))]
-    energy = [e - g - b for e, g, b in zip(total, steps["gravity_work"], steps["border_work"])]
+    energy = [e - g - b for e, g, b in zip(total, steps["gravity_work"], steps["boundary_work"])]
     least, scale = 0, max(total[0], floor)
     for now in range(1, len(energy)):
         scale = max(scale, total[0] + steps["gravity_work"][now])

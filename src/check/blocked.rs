@@ -1,5 +1,5 @@
-//! Whether bodies shut a channel: then what flows goes through the rests of cells that they share,
-//! which means nothing.
+//! Whether bodies shut a channel: the flow then goes through the rests of cells that they leave
+//! open, which means nothing.
 //!
 //! ```text
 //!   a cell is open where its centre lies in no body; from all open ones at one end,
@@ -57,7 +57,7 @@ fn find_shut<const D: usize>(
     bodies: &[Body],
     wanted: impl Fn(&Body) -> bool,
 ) -> Option<String> {
-    // What leaves by a velocity that is given leaves as through an outflow.
+    // Sides through which a given velocity leaves count as outflows.
     let sides: Vec<_> = case
         .sides()
         .enumerate()

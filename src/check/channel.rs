@@ -59,7 +59,7 @@ impl Channel {
         let obstacle = shape.obstacle()?;
         let is_joined =
             |other: &Body| other.shape().obstacle().is_some_and(|o| o.is_one_with(obstacle));
-        // Those that are one solid with it have no walls within each other.
+        // Obstacles that are one solid with it have no walls within each other.
         let is_apart = |other: &Body| other.shape().is_obstacle() && !is_joined(other);
         for point in shape.surface(h) {
             let foot = orientation * point.place;

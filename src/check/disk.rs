@@ -1,4 +1,4 @@
-//! What a run's folder will hold.
+//! Disk space that a run's folder will take.
 //!
 //! ```text
 //!   fields/ snapshots      the first, the last, and one whenever it is due
@@ -20,7 +20,7 @@ use std::io;
 /// they are in most runs.
 const STEP_ROW: f64 = 460.0;
 const PARTICLE_ROW: [f64; 2] = [480.0, 750.0];
-/// The same of `solves.csv`.
+/// Bytes of a row of `solves.csv`, as they are in most runs.
 const SOLVE_ROW: f64 = 160.0;
 /// Checkpoints that are kept, and the one that is being written.
 const CHECKPOINTS: f64 = 3.0;
@@ -42,7 +42,7 @@ impl Target for Counter {
     }
 }
 
-/// What the folder of a run of so many steps will hold, at most.
+/// Content of the folder of a run of so many steps, at most.
 pub struct Disk {
     /// Snapshots of the fields.
     pub snapshots: f64,
@@ -71,7 +71,7 @@ pub fn expected<const D: usize>(
         Cadence::Time(time) => (case.time.end / time).floor().min(steps),
     };
     let snapshot = snapshot::bytes(scene)?;
-    // The last state is one that may be due as well.
+    // The last state may be due as well, and counts once.
     let beside_ends = |cadence: &Cadence| match cadence {
         Cadence::Time(time) => ((case.time.end / time * (1.0 - 1e-9)).ceil() - 1.0).min(steps),
         Cadence::Steps(_) => due(cadence),
@@ -96,7 +96,7 @@ pub fn expected<const D: usize>(
     Ok(Disk { snapshots, snapshot, checkpoint: checkpoint.0, particles, solves, all })
 }
 
-/// What a run will write: the folder, how often, how many and how much.
+/// Words on the output of a run: the folder, how often, how many and how much.
 pub fn describe(case: &Case, disk: &Disk) -> String {
     let fields = case.output.fields.as_ref();
     let fields = fields.map_or("of the first and the last state".to_owned(), Cadence::describe);

@@ -12,8 +12,8 @@ use mics_run::summary::Need;
 /// Part of a velocity that the divergence left by the pressure may change over the box: a tenth of
 /// the best accuracy that forces are found to (0.1 %), so that it is never what limits them.
 const EXACT: f64 = 1e-4;
-/// How far below that a limit has to be to be worth a word: two digits more than that are a quarter
-/// of the iterations.
+/// Part of `EXACT` below which a limit is reported as too tight: two digits more than `EXACT` are a
+/// quarter of the iterations.
 const TIGHT: f64 = 1e-2;
 
 /// The box, its fluid, what is given at its sides and what drives it, with what may be wrong there.
@@ -41,7 +41,7 @@ pub fn reynolds(case: &Case) -> Option<String> {
     ))
 }
 
-/// What solves for the pressure, how far, and what a step needs beside.
+/// Lines about the pressure: its solver, its limit, and what a step needs beside.
 pub fn describe_pressure<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
     let mut lines = vec![case.describe_pressure(&scene.solver()?).to_string()];
     lines.extend(tight_pressure(case));

@@ -1,5 +1,5 @@
-//! What the flow around a body will ask of the grid, before it runs: the speed that it comes to,
-//! its Reynolds number and the boundary layer at its front.
+//! Demands of the flow around a body on the grid, before it runs: the speed that it comes to, its
+//! Reynolds number and the boundary layer at its front.
 //!
 //! ```text
 //!   U = terminal_speed        drag against submerged weight ([`crate::particles::terminal_speed`])
@@ -18,7 +18,7 @@ const LEAST_REYNOLDS: f64 = 10.0;
 /// Reynolds number beyond which the units are in doubt.
 const DOUBTFUL: f64 = 1e6;
 
-/// What a boundary layer lies beside.
+/// Body or walls beside which a boundary layer lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Beside {
     /// The body of this number, which falls, or rises, at the speed of its layer.
@@ -32,7 +32,7 @@ pub enum Beside {
 /// A boundary layer, and what is known of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer {
-    /// What it lies beside.
+    /// Body or walls beside which it lies.
     pub beside: Beside,
     /// Diameter of the body, or distance of the walls (m).
     pub length: f64,
@@ -50,7 +50,7 @@ impl Layer {
         Layer::of_bodies(case).or_else(|| Layer::of_walls(case))
     }
 
-    /// The thinnest of a body, in diameters; `None` where nothing moves past a body.
+    /// The thinnest layer of a body; `None` where nothing moves past a body.
     pub fn of_bodies(case: &Case) -> Option<Layer> {
         let nu = case.fluid.kinematic_viscosity();
         let stream = case.reference_speed().or_else(|| driven_speed(case)).unwrap_or(0.0);
@@ -67,8 +67,8 @@ impl Layer {
         })
     }
 
-    /// The thinnest along walls, in spacings, as thick as `L/sqrt(Re)` where they are L apart;
-    /// `None` where nothing flows along them fast enough.
+    /// The layer along walls that is thinnest in spacings, as thick as `L/sqrt(Re)` where they are
+    /// L apart; `None` where nothing flows along them fast enough.
     fn of_walls(case: &Case) -> Option<Layer> {
         let nu = case.fluid.kinematic_viscosity();
         let speed = case.reference_speed().or_else(|| driven_speed(case))?;
@@ -94,9 +94,9 @@ impl Layer {
         }
     }
 
-    /// Cells a length that put a spacing into the layer; of a body held in a stream 1.4, below
-    /// which its drag depends on its place within a cell (a cylinder at Re = 100: 6 % at 8 cells,
-    /// 2 % at 12).
+    /// Cells a length that put one spacing into the layer, or 1.4 at a body held in a stream: below
+    /// that its drag depends on its place within a cell (a cylinder at Re = 100: 6 % at 8 cells, 2
+    /// % at 12).
     pub fn cells_needed(&self) -> f64 {
         let spacings = if let Beside::Held(_) = self.beside { 1.4 } else { 1.0 };
         (spacings * self.length / self.thickness).ceil()
@@ -200,7 +200,7 @@ pub fn number_of_flow(reynolds: f64) -> String {
     if reynolds < 10.0 { brief(reynolds) } else { whole(reynolds) }
 }
 
-/// What a Reynolds number often comes of that is far too large.
+/// Usual cause of a Reynolds number that is far too large, in words; empty for other numbers.
 fn doubt(reynolds: f64) -> &'static str {
     let units = "; so large a Reynolds number often comes of a viscosity in other units: \
         fluid.viscosity is dynamic, in Pa s, that of water 1e-3";

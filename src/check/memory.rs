@@ -5,8 +5,8 @@ use crate::config::Loaded;
 use crate::petsc::Session;
 use crate::system::free_memory;
 
-/// Refuses a grid that this machine's memory cannot hold, before it is tried: the system would end
-/// the run without a word. Ranks on other machines have their own memory and are not asked for.
+/// Refuses a grid that this machine's memory cannot hold, before it is tried: the system would kill
+/// the run with no message. Ranks on other machines have their own memory and are not asked for.
 pub fn check_memory(loaded: &Loaded, session: &Session) -> Result<()> {
     // Measured peaks: `peak_memory_bytes_per_cell` in summary.json at 1024^2 and 96 x 64 x 64.
     let per_cell = if loaded.case.dimension() == 2 { 900.0 } else { 1500.0 };

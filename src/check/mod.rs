@@ -15,7 +15,7 @@ mod touching;
 
 use crate::clock::Stage;
 use crate::config::{Case, Loaded};
-use crate::launch::{self, Work};
+use crate::launch::{self, RunSize};
 use crate::petsc::Session;
 use crate::scene::{Scene, read_case};
 use crate::step_size::{check_step, choose_step};
@@ -89,7 +89,7 @@ pub(crate) fn refuse<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Resul
     refuse_too_stiff(loaded, scene)
 }
 
-/// What a run has to be warned of before it begins. Collective.
+/// Warnings of a run before it begins. Collective.
 pub(crate) fn warnings<const D: usize>(case: &Case, scene: &Scene<D>) -> Result<Vec<String>> {
     let later = later_step(case, &scene.limits()?);
     let all = flow::outwards(case)
@@ -130,7 +130,7 @@ fn describe<const D: usize>(
     lines.extend(step_lines);
     lines.extend(contacts(case, &scene, later_step(case, &limits)));
     lines.extend(flow::describe_pressure(case, &scene)?);
-    let advice = Work::of(case).advice(ranks);
+    let advice = RunSize::of(case).advice(ranks);
     let taken = (ranks > session.size()).then(|| format!("{ranks}, which a run starts by itself"));
     lines.extend(advice.or(taken).map(|line| format!("ranks        {line}")));
     let touching = Touching::measured(case, &scene, step_among_bodies(case, &limits));
@@ -198,7 +198,7 @@ fn try_steps<const D: usize>(case: &Case, scene: &mut Scene<D>) -> Result<Trial>
             Err(_) if steps >= FEWEST_TRIED => break,
             report => report?,
         };
-        // A run has it in its rows.
+        // A run computes it for its rows.
         scene.energy_and_speed()?;
         // Each solve has its first residual as well.
         rows += report.outer + report.krylov;

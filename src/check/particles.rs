@@ -1,5 +1,5 @@
-//! What a case says of its particles beside the grid, the fluid and each other: sizes, densities,
-//! contacts and overlaps.
+//! Particles of a case, described and checked beside the grid, the fluid and each other: sizes,
+//! densities, contacts and overlaps.
 
 use crate::Result;
 use crate::config::{Case, Line, Loaded, Obstacle, Particle, Shape, Side, WallRule};
@@ -80,7 +80,7 @@ pub fn pressed<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<String> 
     let stored = scene.state.energy.springs;
     let g = case.fluid.weight();
     let free = || scene.state.bodies.iter().filter(|body| body.freedom().is_some());
-    // What they would have from a fall by a hundredth of their diameters.
+    // Energy (J) that they would have from a fall by a hundredth of their diameters.
     let weight = |body: &Body| (body.mass() - case.fluid.density * body.volume()).abs() * g;
     let fall = free().map(|body| 0.01 * body.shape().diameter() * weight(body)).sum::<f64>();
     let lightest = free().map(Body::mass).fold(f64::INFINITY, f64::min);
@@ -181,8 +181,8 @@ fn face_length(shape: &Shape) -> f64 {
     if shape.dimension() == 2 { largest } else { largest.sqrt() }
 }
 
-/// How the cells across the thinnest part of any particle are said: that of a round one is all of
-/// it.
+/// Words before the number of cells across the thinnest part of any particle; a round one is as
+/// thin as it is large.
 fn thinnest_words(case: &Case) -> &'static str {
     let thinnest =
         case.particle.iter().min_by(|a, b| a.shape.thickness().total_cmp(&b.shape.thickness()));
@@ -237,7 +237,7 @@ const MIXTURE: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 
 /// The faults of the paper's method that the case meets.
 fn mixture_faults(case: &Case) -> Option<String> {
-    if case.coupling.wall != WallRule::Mixing || case.particle.is_empty() {
+    if case.coupling.wall != WallRule::Mixture || case.particle.is_empty() {
         return None;
     }
     let free = case.particle.iter().any(Particle::is_free);

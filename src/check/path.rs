@@ -1,13 +1,13 @@
-//! Where prescribed bodies come to, and free ones along locked axes. That one reaches the boundary
-//! of the box, another one or a fixed one ends a run, and follows from how they are told to move.
+//! Paths of prescribed bodies, and of free ones along locked axes. A run ends where one reaches the
+//! boundary of the box, another one or a fixed one; how they are told to move says when.
 
-use crate::config::{AXES, Case, FACES, Side};
+use crate::config::{AXES, Case, SIDES, Side};
 use crate::method::collision::refuse_collisions;
 use crate::particles::{Accelerations, Body};
 use crate::scene::Scene;
 use crate::words::{brief, number};
 
-/// By how much of the smallest radius the fastest of them moves between two looks.
+/// Way of the fastest of them between two looks, over the smallest radius.
 const LOOK: f64 = 0.01;
 
 /// The most pairs that are looked at: what comes later is left to the run.
@@ -77,7 +77,7 @@ pub fn locked_into<const D: usize>(case: &Case, scene: &Scene<D>) -> Option<Stri
             number(case.time.end),
             AXES[axis],
             brief(speed),
-            FACES[2 * axis + end]
+            SIDES[2 * axis + end]
         )
     })
 }

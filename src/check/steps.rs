@@ -47,7 +47,7 @@ pub fn step_among_bodies(case: &Case, limits: &Limits) -> f64 {
 /// The step (s) at a speed (m/s), or at that of now where it is larger.
 fn step_at(case: &Case, limits: &Limits, speed: f64) -> f64 {
     let spacings = case.spacings().into_iter();
-    // Where there are no bodies, what flows goes along the longer cells.
+    // Where there are no bodies, the flow goes along the longest edges of the cells.
     let bodies = case.has_bodies();
     let h =
         if bodies { spacings.fold(f64::INFINITY, f64::min) } else { spacings.fold(0.0, f64::max) };

@@ -11,9 +11,9 @@ use crate::words::brief;
 
 /// Substeps in a contact below which its restitution is no longer the one asked for.
 const COARSE: f64 = 20.0;
-/// Substeps in a step in which two touch, and over those of the stiffness "auto", above which a
-/// stiffness costs more than it gives; the product of both is worth a word where the bodies
-/// themselves ask for it.
+/// Substeps of a step in which two touch, and their ratio to those of the stiffness "auto", above
+/// both of which a stiffness is reported as costly; where the bodies themselves ask for the
+/// substeps, the limit is the product of both.
 const COSTLY: [f64; 2] = [1000.0, 10.0];
 
 /// The shortest contact (s) after a fall of a diameter, for springs whose time depends on the
@@ -25,7 +25,7 @@ pub(super) fn shortest<const D: usize>(scene: &Scene<D>) -> Option<f64> {
         .iter()
         .map(|b| (4.0 * b.radius() * pull).sqrt() + b.top_speed())
         .fold(1e-12, f64::max);
-    // None of bodies that have yet to come in.
+    // The time is infinite where all bodies have yet to come in.
     scene
         .method
         .contacts()
@@ -44,7 +44,7 @@ fn given(law: &Contact) -> impl Iterator<Item = (f64, f64)> {
 /// takes.
 ///
 /// # Errors
-/// Of the case, with the stiffness that would do.
+/// An error of the case, with the stiffness that would do.
 pub fn refuse_too_stiff<const D: usize>(loaded: &Loaded, scene: &Scene<D>) -> Result<()> {
     let case = &loaded.case;
     let (Some(law), Some(time)) = (&case.contact, shortest(scene)) else { return Ok(()) };
@@ -100,7 +100,7 @@ pub fn contacts<const D: usize>(case: &Case, scene: &Scene<D>, dt: f64) -> Vec<S
         .collect()
 }
 
-/// What is said of stiffnesses that are given and do not hold the impacts to be expected.
+/// Warning of stiffnesses that are given and do not hold the impacts to be expected.
 fn too_soft<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact) -> Option<String> {
     let bodies = &scene.state.bodies;
     let bound = impact(case, bodies);
@@ -123,8 +123,8 @@ fn too_soft<const D: usize>(case: &Case, scene: &Scene<D>, law: &Contact) -> Opt
     })
 }
 
-/// What is said of stiffnesses that ask for many more substeps than the impacts need, or of bodies
-/// that do; a step lasts so many `contacts`.
+/// Warning of stiffnesses that ask for many more substeps than the impacts need, or of bodies that
+/// do; a step lasts as long as so many `contacts`.
 fn too_stiff<const D: usize>(
     case: &Case,
     scene: &Scene<D>,

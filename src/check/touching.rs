@@ -19,9 +19,9 @@ use std::time::Instant;
 
 /// Time (s) after which no further body is let down.
 const LONGEST: f64 = 1.0;
-/// Contacts that the part of a step lasts: long enough for the substeps of each.
+/// Duration of the part of a step, over that of a contact: long enough for the substeps of each.
 const CONTACTS: f64 = 4.0;
-/// Overlap of a body at rest, of its radius: that of springs that an impact after a fall of a
+/// Overlap of a body at rest, over its radius: that of springs that an impact after a fall of a
 /// diameter compresses by a fiftieth of it.
 const RESTING: f64 = 1e-4;
 
@@ -114,8 +114,8 @@ fn let_down<const D: usize>(case: &Case, scene: &Scene<D>) -> Vec<Body> {
     bodies
 }
 
-/// How far a body falls until it lies in what is below it by its resting overlap (m); to the end of
-/// the box where nothing is.
+/// Distance (m) that a body falls until it overlaps what is below by its resting overlap; to the
+/// end of the box where nothing is below.
 fn way_down(
     case: &Case,
     bodies: &[Body],
@@ -159,8 +159,8 @@ fn way_down(
     way
 }
 
-/// How far a body may go along `down` beyond doubt until it meets another one, whose centre is
-/// `apart` from its own (m).
+/// Distance (m) that a body can surely move along `down` before it meets another one, whose centre
+/// is `apart` from its own (m).
 fn free_way(body: &Body, other: &Body, apart: &Vector3<f64>, down: &Vector3<f64>) -> f64 {
     let spheres = apart.norm() - body.radius() - other.radius();
     if spheres > 0.1 * body.radius() {
@@ -173,7 +173,7 @@ fn free_way(body: &Body, other: &Body, apart: &Vector3<f64>, down: &Vector3<f64>
     if part > 0.0 { gap / part } else { f64::INFINITY }
 }
 
-/// How far a body reaches from its centre in a direction (m).
+/// Extent of a body from its centre in a direction (m).
 fn extent(body: &Body, n: &Vector3<f64>) -> f64 {
     if body.is_round() {
         return body.radius();

@@ -1,8 +1,8 @@
-//! How what acts at a contact turns its two, and impulses of a pair.
+//! Lever arms of a contact about the centres of its two, and impulses of a pair.
 
 use nalgebra::Vector3;
 
-/// How what acts at a contact turns its two.
+/// Lever arms of what acts at a contact, about the centres of its two, and its couple.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arms {
     /// From the centres to the contact (m).
@@ -22,8 +22,8 @@ pub(super) struct PairImpulse {
 }
 
 impl Arms {
-    /// What an impulse (N s) on the first, and its opposite on the second, give both of angular
-    /// momentum (N m s).
+    /// Angular impulses (N m s) on both about their centres by an impulse (N s) on the first and
+    /// its opposite on the second.
     #[inline]
     pub(super) fn turns(&self, impulse: &Vector3<f64>) -> [Vector3<f64>; 2] {
         let turns = [self.to[0].cross(impulse), -self.to[1].cross(impulse)];

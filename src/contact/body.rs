@@ -6,7 +6,7 @@ use crate::particles::{Accelerations, Body, Inertia, Motion};
 use mics_shapes::Pose;
 use nalgebra::{Matrix3, Vector3};
 
-/// What a body is to contacts.
+/// Form of a body as contacts see it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
     /// A disc or a sphere.
@@ -42,7 +42,7 @@ pub(super) struct ContactBody {
     pose: Pose,
     /// Force and torque of its contacts in the substep (N, N m).
     pub(super) load: Impulse,
-    /// By how much it has turned in the step, where it is round (rad).
+    /// Rotation in the step, where it is round (rad).
     pub(super) turned: Vector3<f64>,
 }
 
@@ -75,7 +75,7 @@ impl ContactBody {
         self.turned = Vector3::zeros();
     }
 
-    /// How the body lies in the middle of a substep `h` (s), or now.
+    /// Pose of the body in the middle of a substep `h` (s), or now where that is zero.
     pub(super) fn pose(&self, body: &Body, h: f64) -> Pose {
         if h > 0.0 && self.form != Form::Round {
             return self.pose;
@@ -101,7 +101,7 @@ impl ContactBody {
         if self.form == Form::Round { 0.0 } else { body.spin.norm() * body.radius() }
     }
 
-    /// How far the body, with its rim, may go in `time` (m).
+    /// Way (m) that the body, with its rim, may go in `time` (s).
     pub(super) fn way(&self, body: &Body, time: f64) -> f64 {
         let Accelerations { acceleration, angular } = &self.response.accelerations;
         let way = (body.speed() + 0.5 * acceleration.norm() * time) * time;
@@ -112,7 +112,7 @@ impl ContactBody {
         way + (spin * time).min(std::f64::consts::TAU) * body.radius()
     }
 
-    /// Moves the body by `h` (s) under accelerations that last; the way it goes (m).
+    /// Moves the body by `h` (s) under constant accelerations; returns the way that it goes (m).
     pub(super) fn travel(
         &mut self,
         body: &mut Body,

@@ -28,7 +28,7 @@ const SAME: f64 = 1e-4;
 pub(super) struct Clusters {
     pub(super) bodies: Vec<ClusterBody>,
     /// Per first body of a cluster.
-    pub(super) works: Vec<Work>,
+    pub(super) works: Vec<ContactWork>,
 }
 
 /// A body of a cluster.
@@ -46,7 +46,7 @@ pub(super) struct ClusterBody {
 
 /// The work of the contacts of a cluster (J).
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Work {
+pub(super) struct ContactWork {
     /// J.u_1, J.u_0 and J.M^-1 J.
     pub(super) with: f64,
     pub(super) without: f64,
@@ -63,10 +63,10 @@ pub(super) struct Work {
 }
 
 impl Clusters {
-    /// Every one of so many bodies alone.
+    /// Clusters of `n` bodies, each of which is alone.
     pub(super) fn new(n: usize) -> Clusters {
         let bodies = vec![ClusterBody::default(); n];
-        let mut clusters = Clusters { bodies, works: vec![Work::default(); n] };
+        let mut clusters = Clusters { bodies, works: vec![ContactWork::default(); n] };
         clusters.clear();
         clusters
     }
@@ -76,7 +76,7 @@ impl Clusters {
         for (parent, body) in self.bodies.iter_mut().enumerate() {
             *body = ClusterBody { parent, ..ClusterBody::default() };
         }
-        self.works.fill(Work { response: 1.0, factor: 1.0, ..Work::default() });
+        self.works.fill(ContactWork { response: 1.0, factor: 1.0, ..ContactWork::default() });
     }
 
     /// Makes one cluster of the two of a pair where both are free, and adds its impulses of touch.
@@ -102,7 +102,7 @@ impl Clusters {
         &mut self,
         pairs: &[Pair],
         bodies: &[Body],
-        wanted: impl Fn(&Work) -> bool,
+        wanted: impl Fn(&ContactWork) -> bool,
     ) {
         self.bodies.iter_mut().for_each(|body| body.touch = Impulse::default());
         for pair in pairs.iter().filter(|pair| pair.touched()) {
@@ -121,12 +121,12 @@ impl Clusters {
     }
 
     /// The work of the cluster of a body.
-    pub(super) fn of(&self, body: usize) -> &Work {
+    pub(super) fn of(&self, body: usize) -> &ContactWork {
         &self.works[self.first(body)]
     }
 
     /// The work of the cluster of a body, to be changed.
-    pub(super) fn of_mut(&mut self, body: usize) -> &mut Work {
+    pub(super) fn of_mut(&mut self, body: usize) -> &mut ContactWork {
         let first = self.first(body);
         &mut self.works[first]
     }
@@ -138,7 +138,7 @@ impl Clusters {
     }
 }
 
-impl Work {
+impl ContactWork {
     /// W(a).
     fn at(&self, a: f64) -> f64 {
         a * self.without + 0.5 * a * a * (self.with - self.without)
@@ -151,7 +151,7 @@ impl Work {
         if self.at(1.0) <= self.released || d <= 0.0 {
             return 1.0;
         }
-        // Where the springs have taken up more than there was to take, the least work.
+        // No a keeps the bound where the springs have taken up too much: a of the least work.
         let root = (w * w + 2.0 * d * self.released).max(0.0).sqrt();
         ((root - w) / d).clamp(0.0, 1.0)
     }
@@ -168,7 +168,7 @@ impl Work {
         self.response = if response.is_finite() && response > 0.0 { response } else { 1.0 };
     }
 
-    /// Takes the largest a that keeps the bound; how much energy that takes (J).
+    /// Takes the largest a that keeps the bound; returns the energy that this removes (J).
     pub(super) fn bound(&mut self) -> f64 {
         let factor = self.bounded();
         if factor >= 1.0 - SAME {
@@ -193,11 +193,11 @@ mod tests {
     /// which its energy is what it was.
     #[test]
     fn contact_energy_bound_removes_excess_rebound_only() {
-        let of = |rebound: f64, released: f64| Work {
+        let of = |rebound: f64, released: f64| ContactWork {
             with: (1.0 + rebound) * rebound,
             without: -(1.0 + rebound),
             released,
-            ..Work::default()
+            ..ContactWork::default()
         };
         for rebound in [0.0, 0.5, 1.0] {
             assert_eq!(of(rebound, 0.0).bounded(), 1.0, "{rebound}");

@@ -37,8 +37,8 @@ use crate::particles::RigidVelocity;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
-/// Part of its speed that lubrication has to be able to take from a pair in a step for its impulse
-/// to be corrected: what is less costs a solve, and changes no measure by 0.01 %.
+/// Least part of its speed that lubrication can take from a pair in a step for its impulse to be
+/// corrected: what is less costs a solve, and changes no measure by 0.01 %.
 const FAINT: f64 = 0.01;
 
 /// A pair that gave an impulse in the step, while that is corrected.
@@ -90,8 +90,8 @@ impl Constraint {
         }
     }
 
-    /// Corrects the pair as the corrections of the others now are; by how much that changes its
-    /// residual (m/s).
+    /// Corrects the pair as the corrections of the others now are; returns the change of its
+    /// residual by that (m/s).
     pub(super) fn solve(
         &mut self,
         pair: &Pair,

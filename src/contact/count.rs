@@ -1,4 +1,4 @@
-//! How many substeps a step needs.
+//! Number of substeps that a step needs.
 
 use super::Substeps;
 use super::law::Law;
@@ -9,8 +9,8 @@ use crate::numerics::CONTACT_SUBSTEPS;
 use crate::{Error, Result};
 use mics_shapes::Part;
 
-/// How many times fewer substeps there are while a gap changes by its width than in a contact: the
-/// fluid in it acts implicitly, and half and twice as many change a rebound by 0.2 %.
+/// Substeps in a contact over those in which a gap changes by its width: the fluid in the gap acts
+/// implicitly, and half and twice as many change a rebound by 0.2 %.
 const GAP_SHARE: f64 = 10.0;
 
 /// Substeps in a contact below which a run ends.
@@ -71,8 +71,8 @@ fn pushed(layout: &Layout, pair: &Pair, time: f64) -> f64 {
     velocity.norm() + acceleration.norm() * time + rims
 }
 
-/// How many substeps the fluid between a pair wants in `time` (s), where the two cannot touch in
-/// it, whatever strikes them.
+/// Substeps that the fluid between a pair needs in `time` (s), where the two cannot touch in that
+/// time, whatever strikes them; `None` where they could.
 fn apart(layout: &Layout, pair: &Pair, time: f64) -> Option<f64> {
     let gap = -layout.closest(pair, 0.0).overlap;
     let way = pushed(layout, pair, time) * time;
@@ -101,8 +101,8 @@ fn least_mass(layout: &Layout, pair: &Pair) -> f64 {
     1.0 / (of(pair.first, pair.parts[0]) + of(pair.second, pair.parts[1]))
 }
 
-/// The law of a pair, its mass (kg), and how long a contact lasts at the speed that it may come to
-/// within `time` (s).
+/// The law of a pair, its mass (kg), and the duration of a contact (s) at the speed that the pair
+/// may reach within `time` (s).
 fn contact_of<'a>(layout: &Layout<'a>, pair: &Pair, time: f64) -> (&'a Law, f64, f64) {
     let law = layout.law(pair);
     let kinematics = layout.kinematics(pair, 0.0).0;
@@ -113,7 +113,7 @@ fn contact_of<'a>(layout: &Layout<'a>, pair: &Pair, time: f64) -> (&'a Law, f64,
     (law, mass, law.contact_time(mass, speed))
 }
 
-/// After how many of `count` substeps of `time` (s) the fluid between a pair is to act.
+/// Number of substeps in which the fluid between a pair acts once, of `count` in `time` (s).
 pub(super) fn stride(layout: &Layout, pair: &Pair, time: f64, count: usize) -> usize {
     let wanted = apart(layout, pair, time);
     let stride = wanted.map_or(1.0, |wanted| count as f64 / wanted);

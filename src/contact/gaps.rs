@@ -7,14 +7,14 @@ use super::meeting::Layout;
 use super::pair::{Meeting, Pair, Partner};
 use nalgebra::Vector3;
 
-/// Part of a gap by which it may change before what fills it is found anew.
+/// Part of a gap by which it may change before its resistance is found anew.
 const SAME_GAP: f64 = 1e-3;
 
-/// Gap that is none (of the radius).
+/// Gap that counts as none (of the radius).
 const TOUCHING: f64 = 1e-9;
 
-/// What the fluid in a pair's gap resists as it goes from a width to another (m), between these
-/// radii of curvature (m): as it was found last, where it has hardly changed.
+/// Resistance of the fluid in a pair's gap, between these radii of curvature (m), as the gap goes
+/// from `gap` to `next` (m): the one found last, where it has hardly changed.
 pub(super) fn lubrication(
     layout: &Layout,
     pair: &Pair,
@@ -25,7 +25,7 @@ pub(super) fn lubrication(
     let body = &layout.bodies[pair.first];
     let medium = &layout.setup.medium;
     let last = &pair.film.lubrication;
-    // The two sides of a box round differently what is put down to touch them.
+    // Bodies put down to touch the two sides of a box have gaps that differ by rounding.
     let rounding = TOUCHING * body.radius();
     let [gap, next] = [gap, next].map(|g| if g < rounding { g.min(0.0) } else { g });
     let near = |g: f64| (g - last.gap).abs() <= SAME_GAP * last.gap;
@@ -78,7 +78,7 @@ pub(super) fn rolling_impulse(
     let to = &meeting.arms.to;
     // From the centre of the first to that of the second.
     let apart = to[0] - to[1];
-    // How far the contact is from both centres along the normal.
+    // Distances of the contact from both centres along the normal (m).
     let [arm, its_arm] = [to[0].dot(&n), -to[1].dot(&n)];
     let (body, second) = layout.two(pair);
     let (response, its_response) = layout.responses(pair);
@@ -111,7 +111,7 @@ pub(super) fn rolling_impulse(
     let impulse = -0.5 * resistance / (1.0 + resistance * inverse) * speed;
     let turn = n.cross(&impulse);
     let linear = lever * impulse;
-    // On an obstacle about its own centre.
+    // The reaction on an obstacle is about its own centre.
     let reaction = match wall {
         Some(_) => apart.cross(&linear) - arm * turn,
         None => -its_arm * turn,

@@ -4,7 +4,7 @@
 use super::Impulse;
 use super::arms::PairImpulse;
 use super::body::ContactBody;
-use super::cluster::{ClusterBody, Clusters, Work, parts};
+use super::cluster::{ClusterBody, Clusters, ContactWork, parts};
 use super::correction::Constraint;
 use super::meeting::Layout;
 use super::outcome::Outcome;
@@ -67,7 +67,7 @@ impl Impulses<'_> {
     /// the corrected impulses, which the bodies now have; whether there are any.
     pub(crate) fn find_late_parting(&mut self, bodies: &[Body]) -> bool {
         self.find_works(bodies, |body, _| moving(body), |work, joule| work.with = joule);
-        let late = |work: &Work| !work.parts && work.may_exceed();
+        let late = |work: &ContactWork| !work.parts && work.may_exceed();
         let any = self.clusters.works.iter().any(late);
         if any {
             self.clusters.keep_impulses(&self.pairs.list, bodies, late);
@@ -96,7 +96,11 @@ impl Impulses<'_> {
     /// impulses by the substeps.
     pub(crate) fn find_response(&mut self, bodies: &[Body]) {
         self.find_works(bodies, |body, _| moving(body), |work, joule| work.with = joule);
-        self.clusters.works.iter_mut().filter(|work| work.parts).for_each(Work::find_response);
+        self.clusters
+            .works
+            .iter_mut()
+            .filter(|work| work.parts)
+            .for_each(ContactWork::find_response);
     }
 
     /// Corrects the impulses of the step of `dt` (s) by the residuals of all bodies, of velocity
@@ -163,8 +167,8 @@ impl Impulses<'_> {
         parting.fold(0.0, |taken, work| taken + work.bound())
     }
 
-    /// Takes back what the bound leaves of the impulses, and what that is for each body, in
-    /// `corrections`.
+    /// Reduces the impulses by the factors of the bound, and leaves in `corrections` what that is
+    /// for each body.
     pub(crate) fn reduce(&mut self, bodies: &[Body], corrections: &mut [Impulse]) {
         let Impulses { setup, pairs, clusters, outcome, .. } = self;
         corrections.fill(Impulse::default());
@@ -191,7 +195,7 @@ impl Impulses<'_> {
         &mut self,
         bodies: &[Body],
         motion: impl Fn(&Body, &ClusterBody) -> RigidVelocity,
-        take: impl Fn(&mut Work, f64),
+        take: impl Fn(&mut ContactWork, f64),
     ) {
         let Impulses { setup, pairs, clusters, .. } = self;
         clusters.works.iter_mut().for_each(|work| work.sum = 0.0);
@@ -206,8 +210,8 @@ impl Impulses<'_> {
         clusters.works.iter_mut().for_each(|work| take(work, work.sum));
     }
 
-    /// What an impulse (N m s) of contacts changes of a body's spin, with what turns with it
-    /// (rad/s).
+    /// Change of a body's spin (rad/s) by an angular impulse (N m s) of contacts, with what turns
+    /// with it.
     pub(crate) fn turned_by(&self, body: usize, turn: &Vector3<f64>) -> Vector3<f64> {
         self.states[body].response.inertia.of(turn)
     }

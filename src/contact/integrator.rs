@@ -7,7 +7,7 @@ use super::law::Kinematics;
 use super::meeting::Layout;
 use super::outcome::Outcome;
 use super::pair::{Meeting, Met, Pair};
-use super::pairs::{Pairs, Way, together};
+use super::pairs::{Pairs, Travel, together};
 use super::setup::Setup;
 use super::{Impulse, count, gaps, overlap, rolling};
 use crate::Result;
@@ -22,7 +22,7 @@ const SAME_PLACE: f64 = 1e-2;
 pub(super) struct Integrator<'a> {
     pub(super) setup: &'a Setup,
     pub(super) pairs: &'a mut Pairs,
-    /// How the bodies respond in the step.
+    /// Per body, its response and its load in the step.
     pub(super) states: &'a mut [ContactBody],
     pub(super) bodies: &'a mut [Body],
     /// The forces of the contacts that press in the substep.
@@ -37,9 +37,9 @@ pub(super) struct ContactForce {
     pair: usize,
     /// Its normal force (N).
     normal: f64,
-    /// In all, on the first of the pair and on both (N, N m).
+    /// Total force on the first of the pair, and torques on both (N, N m).
     whole: PairImpulse,
-    /// What holds it along its surface, and its rolling, on the first of the pair (N, N m).
+    /// Tangential force, and torque against rolling or twisting, on the first of the pair (N, N m).
     tangential: Vector3<f64>,
     torque: Vector3<f64>,
     kinematics: Kinematics,
@@ -47,8 +47,8 @@ pub(super) struct ContactForce {
 }
 
 impl Integrator<'_> {
-    /// Moves the bodies on by at most `time` (s), until one goes beyond its search radius; the time
-    /// that is left (s).
+    /// Moves the bodies on by at most `time` (s), until one goes beyond its search radius; returns
+    /// the time that is left (s).
     pub(super) fn advance(&mut self, time: f64) -> Result<f64> {
         if self.pairs.list.is_empty() {
             self.drift(time);
@@ -82,18 +82,19 @@ impl Integrator<'_> {
     /// Finds the forces of all pairs in a substep of `h` (s).
     fn load(&mut self, h: f64) -> Result<()> {
         let Integrator { setup, pairs, states, bodies, forces, outcome } = self;
-        let Pairs { list, ways, regions, .. } = &mut **pairs;
+        let Pairs { list, travels, regions, .. } = &mut **pairs;
         forces.clear();
         for (k, (state, body)) in states.iter_mut().zip(bodies.iter()).enumerate() {
             state.load = Impulse::default();
-            if ways[k].paired {
+            if travels[k].paired {
                 state.turn_to_middle(body, h);
-                ways[k].next = ways[k].gone + h * (body.velocity.norm() + state.rim_speed(body));
+                travels[k].next =
+                    travels[k].gone + h * (body.velocity.norm() + state.rim_speed(body));
             }
         }
         for (p, pair) in list.iter_mut().enumerate() {
             let layout = Layout { setup, regions, states, bodies };
-            let Some(meeting) = look(&layout, pair, ways, h) else { continue };
+            let Some(meeting) = look(&layout, pair, travels, h) else { continue };
             outcome.deepest = outcome.deepest.max(meeting.overlap);
             let force = press(&layout, p, pair, h, &meeting)?;
             if let Some(wall) = setup.wall(pair) {
@@ -120,7 +121,7 @@ impl Integrator<'_> {
         let Integrator { setup, pairs, states, bodies, outcome, .. } = self;
         let mut within = true;
         for (k, (state, body)) in states.iter_mut().zip(bodies.iter_mut()).enumerate() {
-            let way = &mut pairs.ways[k];
+            let way = &mut pairs.travels[k];
             if !way.paired {
                 continue;
             }
@@ -137,7 +138,7 @@ impl Integrator<'_> {
 
     /// Moves the bodies without a pair by `time` (s).
     fn drift(&mut self, time: f64) {
-        let all = self.states.iter_mut().zip(self.bodies.iter_mut()).zip(&self.pairs.ways);
+        let all = self.states.iter_mut().zip(self.bodies.iter_mut()).zip(&self.pairs.travels);
         for ((state, body), _) in all.filter(|(_, way)| !way.paired) {
             let accelerations = state.response.accelerations;
             state.travel(body, &accelerations, time, &self.setup.periods);
@@ -148,7 +149,7 @@ impl Integrator<'_> {
     /// left for it to do, pair by pair, each implicitly.
     fn lubricate(&mut self, h: f64, done: Option<usize>) {
         let Integrator { setup, pairs, states, bodies, outcome, .. } = self;
-        let Pairs { list, ways, regions, .. } = &mut **pairs;
+        let Pairs { list, travels, regions, .. } = &mut **pairs;
         let range = setup.medium.range();
         if range == 0.0 {
             return;
@@ -163,7 +164,7 @@ impl Integrator<'_> {
                 continue;
             }
             let h = std::mem::take(&mut pair.film.due);
-            let gone = together(pair, ways, |way| way.gone);
+            let gone = together(pair, travels, |way| way.gone);
             // No nearer than since it was looked at last.
             if pair.seen.clear - gone > range {
                 continue;
@@ -222,7 +223,7 @@ fn apply(
     }
 }
 
-/// The force of a pair, which touches, in a substep of `h` (s), whose springs go on by that.
+/// The force of a pair that touches over a substep of `h` (s), by which its springs go on.
 fn press(
     layout: &Layout,
     place: usize,
@@ -246,15 +247,15 @@ fn press(
     Ok(ContactForce { pair: place, normal, whole, tangential, torque, kinematics, arms })
 }
 
-/// Where a pair touches in a substep of `h` (s), and takes note of it; `None` where the two do not.
-/// Such as are too far apart to have touched since they were looked at last are passed over.
-fn look(layout: &Layout, pair: &mut Pair, ways: &[Way], h: f64) -> Option<Meeting> {
-    let next = together(pair, ways, |way| way.next);
+/// Meeting of a pair in a substep of `h` (s), which the pair keeps; `None` where the two do not
+/// touch. Pairs too far apart to have touched since they were looked at last are passed over.
+fn look(layout: &Layout, pair: &mut Pair, travels: &[Travel], h: f64) -> Option<Meeting> {
+    let next = together(pair, travels, |way| way.next);
     if next < pair.seen.clear {
         return None;
     }
     let meeting = layout.closest(pair, h);
-    let gone = together(pair, ways, |way| way.gone);
+    let gone = together(pair, travels, |way| way.gone);
     pair.seen.normal = meeting.normal;
     if !pair.round {
         pair.seen.met = Some(Met { meeting, age: -0.5 * h, gone });
@@ -268,8 +269,8 @@ fn look(layout: &Layout, pair: &mut Pair, ways: &[Way], h: f64) -> Option<Meetin
     None
 }
 
-/// How a pair meets after a substep, on the way of `h` (s) for which its fluid has not acted yet,
-/// and takes note of it. What was found before is carried on until the two have gone too far since.
+/// Meeting of a pair at the end of a substep, for its fluid, which has not acted for `h` (s); the
+/// pair keeps it. An earlier one is carried on until the two have gone too far since.
 fn see(layout: &Layout, pair: &mut Pair, h: f64, substep: f64, gone: f64) -> Meeting {
     let still = |met: &Met| gone - met.gone <= SAME_PLACE * -met.meeting.overlap;
     let fresh = |met: &Met| met.age < substep;
@@ -292,7 +293,7 @@ impl ContactForce {
     fn power(&self, layout: &Layout, pair: &Pair) -> f64 {
         let ContactForce { tangential, torque, kinematics, arms, .. } = self;
         let half = 0.5 * kinematics.h;
-        // What its loads change of a body's velocity and spin, and its mean spin.
+        // Mean change of a body's velocity and of its spin by its loads, and its mean spin.
         let mean = |k: usize| {
             let Some(body) = layout.bodies.get(k) else { return [Vector3::zeros(); 3] };
             let ContactBody { response, load, .. } = &layout.states[k];

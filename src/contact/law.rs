@@ -22,7 +22,7 @@
 
 use nalgebra::Vector3;
 
-/// How a contact dissipates.
+/// Dissipation of a contact, by a restitution or by coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Damping {
     /// Share of its speed that a head-on collision keeps, in (0, 1].
@@ -115,7 +115,7 @@ pub(super) struct Kinematics {
     pub(super) h: f64,
     /// Overlap at its middle (m), from the velocities at its start.
     pub(super) overlap: f64,
-    /// By how much that changes where the two approach at the contact: more than 1 in a patch.
+    /// Change of the overlap over the approach at the contact: more than 1 in a patch.
     pub(super) gain: f64,
     /// From the first to the second.
     pub(super) normal: Vector3<f64>,
@@ -123,9 +123,9 @@ pub(super) struct Kinematics {
     pub(super) approach: f64,
     /// Velocity of the first one's surface along the other's at the start (m/s).
     pub(super) slip: Vector3<f64>,
-    /// Acceleration of the approach by the pushes (m/s2).
+    /// Acceleration of the approach without contacts (m/s2).
     pub(super) accelerations: f64,
-    /// Acceleration of the slip by the pushes (m/s2).
+    /// Acceleration of the slip without contacts (m/s2).
     pub(super) push_slip: Vector3<f64>,
     /// `1/m_n` (1/kg).
     pub(super) inverse_normal: f64,
@@ -253,7 +253,7 @@ impl Law {
     ) -> Vector3<f64> {
         let law = &self.material;
         let h = kinematics.h;
-        // What a contact that begins now has stretched, at its own middle and (continued) at that
+        // Stretch of a contact that begins now (m), at its own middle and (continued) at the middle
         // of the substep.
         let (stretch, middle) = match *spring {
             None => (0.5 * lasted * kinematics.slip, (lasted - 0.5 * h) * kinematics.slip),
@@ -322,8 +322,8 @@ fn restitution(exponent: f64, zeta: f64) -> f64 {
     if exponent == 1.0 { linear_restitution(zeta) } else { integrated_restitution(exponent, zeta) }
 }
 
-/// That of a linear spring in closed form: with `x = exp(-zeta t) sin(w t)/w`, `w = cos b`, `zeta =
-/// sin b`, the force is zero at `w t = pi - 2 b`, where the speed is `exp(-zeta t)`. Beyond
+/// Restitution of a linear spring in closed form: with `x = exp(-zeta t) sin(w t)/w`, `w = cos b`,
+/// `zeta = sin b`, the force is zero at `w t = pi - 2 b`, where the speed is `exp(-zeta t)`. Beyond
 /// `zeta = 1` b is complex.
 fn linear_restitution(zeta: f64) -> f64 {
     let cosine = (1.0 - zeta * zeta).abs().sqrt();
@@ -334,8 +334,8 @@ fn linear_restitution(zeta: f64) -> f64 {
     (-zeta / cosine * angle).exp()
 }
 
-/// That of any spring, in `w = x' + 2 zeta x^s/s`, `s = (g+1)/2`: `w' = -x^g`, free of the damper's
-/// infinite slope at contact. It ends at `x^s + 2 zeta x' = 0`.
+/// Restitution of any spring, in `w = x' + 2 zeta x^s/s`, `s = (g+1)/2`: `w' = -x^g`, free of the
+/// damper's infinite slope at contact. It ends at `x^s + 2 zeta x' = 0`.
 pub(super) fn integrated_restitution(exponent: f64, zeta: f64) -> f64 {
     let s = 0.5 * (exponent + 1.0);
     let speed = |x: f64, w: f64| w - 2.0 * zeta * x.max(0.0).powf(s) / s;

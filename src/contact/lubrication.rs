@@ -54,7 +54,7 @@ pub struct Medium {
 /// Resistance of the fluid in a gap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lubrication {
-    /// How wide it is (m); 0 where they touch.
+    /// Width of the gap (m); 0 where the two touch.
     pub(super) gap: f64,
     /// Force over speed of approach, of sliding and of rolling (N s/m).
     pub(super) normal: f64,
@@ -63,7 +63,7 @@ pub(super) struct Lubrication {
 }
 
 impl Lubrication {
-    /// None that was found.
+    /// A resistance that has not been found yet.
     pub(super) const UNKNOWN: Lubrication =
         Lubrication { gap: f64::NAN, normal: 0.0, sliding: 0.0, rolling: 0.0 };
 }
@@ -109,7 +109,7 @@ impl Medium {
         let narrow = high - low < 1e-3 * low;
         let force = match dimension {
             2 => {
-                // Of g^(-3/2).
+                // Mean of g^(-3/2).
                 let mean = if narrow {
                     1.0 / (middle * middle.sqrt())
                 } else {
@@ -126,8 +126,8 @@ impl Medium {
         self.viscosity * force * phi
     }
 
-    /// Force over speed (N s/m) of the same two where their surfaces slide along a gap of `g` (m),
-    /// and where they roll.
+    /// Force over speed (N s/m) of two surfaces of these radii (m) where they slide along a gap of
+    /// `g` (m), and where they roll.
     pub(super) fn shear_resistance(
         &self,
         dimension: usize,
@@ -151,7 +151,7 @@ impl Medium {
         [self.viscosity * beyond(shown), more * self.viscosity * beyond(2.0 * shown)]
     }
 
-    /// How wide a gap is at least (m): perfectly smooth bodies never touch.
+    /// Width of a gap (m), no less than the roughness: perfectly smooth bodies never touch.
     fn width(&self, gap: f64, reduced: f64) -> f64 {
         gap.max(self.roughness).max(1e-9 * reduced)
     }

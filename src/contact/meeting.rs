@@ -32,7 +32,7 @@ impl<'a> Layout<'a> {
         (&self.bodies[pair.first], self.bodies.get(pair.second))
     }
 
-    /// How the first of a pair responds, and the second, where that is a body or an obstacle.
+    /// Response of the first of a pair, and of the second where that is a body or an obstacle.
     pub(super) fn responses(&self, pair: &Pair) -> (&'a InverseMass, Option<&'a InverseMass>) {
         let second = self.states.get(pair.second).map(|its| &its.response);
         (&self.states[pair.first].response, second)
@@ -162,8 +162,8 @@ impl<'a> Layout<'a> {
         Meeting::of(&touch, [arm + apart, arm], velocity, [&body.spin, &other.spin])
     }
 
-    /// How a pair meets of which it is known how it met a while ago, by its velocities now: to
-    /// second order half a substep after.
+    /// Meeting of a pair now, carried on from an earlier one by the velocities now: to second order
+    /// half a substep after.
     pub(super) fn at_end(&self, pair: &Pair, met: &Met) -> Meeting {
         let Met { meeting: met, age, .. } = met;
         let (body, other) = self.two(pair);
@@ -183,18 +183,18 @@ impl<'a> Layout<'a> {
         Meeting { overlap, arms, velocity, approach, ..*met }
     }
 
-    /// How a body lies in the middle of a substep `h` (s), or now.
+    /// Pose of a body in the middle of a substep `h` (s), or now where that is zero.
     fn pose(&self, k: usize, h: f64) -> Pose {
         self.states[k].pose(&self.bodies[k], h)
     }
 
-    /// How a pair meets in the middle of a substep `h` (s), and the arms of the contact.
+    /// Kinematics of a pair in the middle of a substep `h` (s), and the arms of the contact.
     pub(super) fn kinematics(&self, pair: &Pair, h: f64) -> (Kinematics, Arms) {
         let meeting = self.closest(pair, h);
         (self.kinematics_at(pair, h, &meeting), meeting.arms)
     }
 
-    /// How a pair meets in the middle of a substep `h` (s), where it is known where they touch.
+    /// Kinematics of a pair in the middle of a substep `h` (s), from its meeting there.
     pub(super) fn kinematics_at(&self, pair: &Pair, h: f64, meeting: &Meeting) -> Kinematics {
         let &Meeting { normal, overlap, gain, arms, velocity, approach, .. } = meeting;
         let (body, other) = self.two(pair);
@@ -239,8 +239,8 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// How the surfaces of a pair respond at the contact by turning (1/kg): along the normal, and
-    /// most across it. The response of round ones is the same all across.
+    /// Response of a pair's surfaces at the contact by turning (1/kg): along the normal, and the
+    /// largest across it. That of round ones is the same all across.
     fn turning_response(&self, pair: &Pair, arms: &Arms) -> [f64; 2] {
         let to = &arms.to;
         let normal = &arms.normal;
@@ -257,7 +257,7 @@ impl<'a> Layout<'a> {
             };
             return [0.0, sides];
         }
-        // By what impulses along a and b turn both.
+        // Velocity along one of a and b, by turning, over an impulse along the other (1/kg).
         let response = |a: &Vector3<f64>, b: &Vector3<f64>| {
             let [one, its_one] = arms.turns(a);
             let [other, its_other] = arms.turns(b);

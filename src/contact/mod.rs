@@ -14,7 +14,7 @@
 //! where a is constant. A body that goes beyond its search_radius (struck, say) has the pairs found
 //! anew for the rest of the step. Bodies without a pair take one move for all the substeps; pairs
 //! too far apart to have touched since they were looked at last are passed over, and the fluid
-//! between such as cannot touch in the step acts every so many substeps, for all of them.
+//! between pairs that cannot touch in the step acts once in several substeps, for all of them.
 //!
 //! In a fluid, m is the mass of a body and a part of its added mass, `m + c C_a` with
 //! `c = min(1.6, 0.4 + s/4)`: C_a is the added mass of a lone body and s its density over the
@@ -80,12 +80,12 @@ pub use wall::{Wall, WallSide};
 /// Overlap, of the smaller radius, that ends a run: soft contacts are no model of bodies beyond it.
 pub const DEEPEST_OVERLAP: f64 = 0.2;
 
-/// How many substeps a step is divided into where bodies could meet.
+/// Number of substeps of a step in which bodies could meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Substeps {
     /// Enough for the shortest contact.
     Auto,
-    /// So many.
+    /// A fixed number.
     Fixed(usize),
 }
 
@@ -107,7 +107,7 @@ pub struct Springs {
 /// State of the contacts from one step to the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Touching {
-    /// The springs of contacts that last, after the first body and the second, or the number of
+    /// The springs of sustained contacts, after the first body and the second, or the number of
     /// bodies plus that of a wall.
     pub springs: Vec<(usize, usize, Springs)>,
 }
@@ -117,7 +117,7 @@ pub struct Touching {
 pub struct Contacts {
     setup: Setup,
     pairs: Pairs,
-    /// Per body, how it responds in the step.
+    /// Per body, its response and its load in the step.
     states: Vec<ContactBody>,
     clusters: Clusters,
     /// Scratch of a substep, and of the correction.
@@ -173,12 +173,12 @@ impl Contacts {
         self
     }
 
-    /// Nothing touches yet.
+    /// The state of contacts where nothing touches yet.
     pub fn untouched(&self) -> Touching {
         Touching { springs: Vec::with_capacity(self.pairs.list.capacity()) }
     }
 
-    /// What never changes: walls, laws, materials and the fluid in the gaps.
+    /// The setup, which never changes: walls, laws, materials and the fluid in the gaps.
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
@@ -223,12 +223,12 @@ impl Contacts {
         Ok(outcome)
     }
 
-    /// What contacts did in the last step.
+    /// Outcome of the contacts in the last step.
     pub fn outcome(&self) -> &Outcome {
         &self.outcome
     }
 
-    /// Takes note of what contacts gave to a body beyond what the step found (N m s).
+    /// Counts an angular impulse of contacts on a body beyond what the step found (N m s).
     pub(crate) fn add_turn(&mut self, body: usize, turn: &Vector3<f64>) {
         self.outcome.bodies[body].impulse.angular += turn;
     }
@@ -246,8 +246,8 @@ impl Contacts {
         Impulses { setup, pairs, states, clusters, constraints, outcome }
     }
 
-    /// Finds for how long (s) of the last step each body has moved as its residual lets expect: the
-    /// shortest t (1 - q) of its contacts, and none where it has no contact.
+    /// Finds the time (s) of the last step in which each body has moved as its residual lets
+    /// expect: the shortest t (1 - q) of its contacts, and none where it has no contact.
     pub(crate) fn find_followed(&self, bodies: &[Body], followed: &mut [f64]) {
         let layout = self.layout(bodies);
         followed.fill(f64::INFINITY);
@@ -307,7 +307,7 @@ impl Contacts {
 
     /// Whether a body is in reach of another or of a wall after a [`meet`](Contacts::meet).
     pub fn is_paired(&self, body: usize) -> bool {
-        self.pairs.ways[body].paired
+        self.pairs.travels[body].paired
     }
 
     /// Energy in the normal springs of the pairs of the last [`advance`](Contacts::advance) or

@@ -12,7 +12,7 @@ use crate::particles::Body;
 use mics_shapes::{Part, Pose};
 use nalgebra::Vector3;
 
-/// What `take` makes of a part of a body, of a round one itself.
+/// Result of `take` for a part of a body, or for a round body itself.
 pub(super) fn with_part<T>(body: &Body, part: usize, take: impl FnOnce(&Part) -> T) -> T {
     match body.parts().get(part) {
         Some(part) => take(part),

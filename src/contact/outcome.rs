@@ -1,4 +1,4 @@
-//! What contacts did in a step.
+//! Outcome of the contacts in a step.
 
 use super::Impulse;
 use super::arms::PairImpulse;
@@ -6,11 +6,11 @@ use super::pair::Pair;
 use crate::particles::Body;
 use nalgebra::Vector3;
 
-/// What contacts did in a step, which the correction of their impulses goes on with.
+/// Outcome of the contacts in a step, which the correction of their impulses goes on with.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Substeps taken: 0 where nobody is in reach of anybody, and everybody has made one ballistic
-    /// move.
+    /// Substeps taken: 0 where no body is in reach of another or of a wall, and all have made one
+    /// ballistic move.
     pub substeps: usize,
     /// Per body.
     pub bodies: Vec<BodyOutcome>,
@@ -25,14 +25,14 @@ pub struct Outcome {
     pub deepest: f64,
 }
 
-/// What contacts did to a body in a step.
+/// Outcome of the contacts of a body in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BodyOutcome {
     /// Impulse that they gave to it.
     pub impulse: Impulse,
     /// Whether it touched another or a wall, or came as near as their asperities are high.
     pub touched: bool,
-    /// How strongly they damp its spin (N m s): without bound where it touches.
+    /// Damping of its spin by contacts (N m s): without bound where it touches.
     pub damping: f64,
 }
 
@@ -77,7 +77,7 @@ impl Outcome {
         }
     }
 
-    /// Counts what a pair gave to a wall, whose velocity it is (m/s).
+    /// Counts the impulse that a pair gave to a wall of this velocity (m/s).
     pub(super) fn strike_wall(&mut self, impulse: &PairImpulse, velocity: &Vector3<f64>) {
         self.wall_impulse -= impulse.linear;
         self.wall_work += impulse.linear.dot(velocity);

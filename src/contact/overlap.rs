@@ -13,11 +13,11 @@ use nalgebra::Vector3;
 /// Part of the skins of two parts, together, that an overlap may take: cores are never to meet.
 const MOST_OF_SKINS: f64 = 0.9;
 
-/// The deepest overlap that a soft contact is.
+/// The deepest overlap that a soft contact may have.
 pub(super) struct Deepest {
-    /// That (m).
+    /// Deepest overlap (m).
     pub(super) overlap: f64,
-    /// What it is a part of, in words for the user.
+    /// The length that it is a part of, and which part, in words for the user.
     cause: &'static str,
 }
 
@@ -39,7 +39,7 @@ fn driven_on(layout: &Layout, pair: &Pair, kinematics: &Kinematics) -> Option<(u
         .map(|at| (at.0, at.1, along(at)))
 }
 
-/// Deepest overlap of a pair that a soft contact is.
+/// Deepest overlap that a pair may have as a soft contact.
 pub(super) fn deepest_allowed(pair: &Pair, bodies: &[Body]) -> Deepest {
     // Radius, and what an overlap may take of it before cores meet (m).
     let of = |k: usize, part: usize| {
@@ -88,7 +88,7 @@ pub(super) fn too_deep(
     let law = layout.law(pair);
     let mass = kinematics.mass_of_overlap();
     let exponent = law.material.exponent;
-    // What strikes, or presses by what pushes the two, stopped at a tenth of the limit.
+    // The stiffness stops what strikes, or is pressed by accelerations, at a tenth of the limit.
     let acceleration = |response: &InverseMass| response.accelerations.acceleration;
     let (response, its_response) = layout.responses(pair);
     let pushed = acceleration(response) - its_response.map_or_else(Vector3::zeros, acceleration);

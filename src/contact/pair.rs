@@ -9,7 +9,7 @@ use crate::particles::Body;
 use mics_shapes::{Part, Touch};
 use nalgebra::Vector3;
 
-/// What the second of a pair is.
+/// Kind of the second of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Partner {
     /// A body.
@@ -41,7 +41,7 @@ pub(super) struct Pair {
     pub(super) region: usize,
     pub(super) springs: PairSprings,
     pub(super) film: Film,
-    pub(super) seen: Seen,
+    pub(super) seen: LastMeeting,
     pub(super) sums: PairSums,
 }
 
@@ -59,23 +59,23 @@ pub(super) struct PairSprings {
 /// The fluid between a pair.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Film {
-    /// What it resists.
+    /// Its resistance.
     pub(super) lubrication: Lubrication,
-    /// It acts after so many substeps each.
+    /// Number of substeps in which it acts once.
     pub(super) stride: usize,
     /// Time for which it has not acted yet (s).
     pub(super) due: f64,
 }
 
-/// How a pair met when it was looked at last.
+/// Meeting of a pair when it was looked at last.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct LastMeeting {
     /// The normal that it met with last in the step, zero before it did: where the search for the
     /// next one starts.
     pub(super) normal: Vector3<f64>,
-    /// They cannot touch before the two have gone so far since the search, together (m).
+    /// Sum of the ways of the two since the search before which they cannot touch (m).
     pub(super) clear: f64,
-    /// How it met, where one is not round.
+    /// Its last meeting, where one of the two is not round.
     pub(super) met: Option<Met>,
 }
 
@@ -84,9 +84,9 @@ pub(super) struct Seen {
 pub(super) struct Meeting {
     /// From the first to the second.
     pub(super) normal: Vector3<f64>,
-    /// Negative where they do not (m).
+    /// Overlap (m); negative where they do not touch.
     pub(super) overlap: f64,
-    /// By how much the overlap of a patch grows where the two approach at its place.
+    /// Change of the overlap over the approach at the contact: more than 1 in a patch.
     pub(super) gain: f64,
     pub(super) arms: Arms,
     /// Radius of the patch (m).
@@ -105,8 +105,8 @@ impl Meeting {
         self.overlap > 0.0 || self.overlap + 0.5 * h * (self.gain * self.approach).abs() > 0.0
     }
 
-    /// That of two parts whose centres are so far from the place (m) and have a relative velocity
-    /// (m/s), and spins (rad/s).
+    /// Meeting of two parts whose centres are so far from the place (m) and have a relative
+    /// velocity (m/s), and spins (rad/s).
     pub(super) fn of(
         touch: &Touch,
         to: [Vector3<f64>; 2],
@@ -119,7 +119,7 @@ impl Meeting {
         Meeting { normal, overlap, gain, arms, spread, radii, velocity, approach }
     }
 
-    /// That of two parts beyond what a soft contact can be: as deep as the skins are thick.
+    /// Meeting of two parts beyond what a soft contact can be: as deep as the skins are thick.
     pub(super) fn too_deep(
         parts: [&Part; 2],
         way: &Vector3<f64>,
@@ -144,16 +144,16 @@ impl Meeting {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
     pub(super) meeting: Meeting,
-    /// How long ago (s), or in the middle of a substep to come where negative.
+    /// Time since then (s); negative where it is of the middle of a substep to come.
     pub(super) age: f64,
-    /// What the two had gone since the search, together (m).
+    /// Sum of the ways that the two had gone since the search (m).
     pub(super) gone: f64,
 }
 
-/// What a pair gave over the step.
+/// Impulses of a pair over the step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PairSums {
-    /// By touch and lubrication.
+    /// Impulse by touch and lubrication (N s, N m s).
     pub(super) impulse: PairImpulse,
     /// Normal impulse by touch and lubrication, positive where it parts the two (N s).
     pub(super) normal: f64,
@@ -171,7 +171,7 @@ impl Pair {
     /// The region of a pair of which none was searched for yet.
     pub(super) const NO_REGION: usize = usize::MAX;
 
-    /// Two round bodies under the first law: [`super::setup::Setup::pair`] knows better.
+    /// Two round bodies under the first law; [`super::setup::Setup::pair`] finds form and law.
     pub(super) fn new(first: usize, second: usize, image: Vector3<f64>) -> Pair {
         Pair {
             first,
@@ -184,12 +184,12 @@ impl Pair {
             region: Pair::NO_REGION,
             springs: PairSprings::default(),
             film: Film { lubrication: Lubrication::UNKNOWN, stride: 1, due: 0.0 },
-            seen: Seen::default(),
+            seen: LastMeeting::default(),
             sums: PairSums::default(),
         }
     }
 
-    /// Its springs as they are saved, where they last; `crossed` as in [`crossed`].
+    /// Its springs as they are saved, of a sustained contact; `crossed` as in [`crossed`].
     pub(super) fn sustained(&self, crossed: &Vector3<f64>) -> Option<Springs> {
         Some(Springs {
             image: self.image + crossed,
@@ -209,7 +209,7 @@ impl Pair {
         self.sums.touch > 0.0
     }
 
-    /// The impulses of its two by one of the pair.
+    /// Numbers of its two, and their impulses by one of the pair.
     pub(super) fn each(&self, impulse: &PairImpulse) -> [(usize, Impulse); 2] {
         let &PairImpulse { linear, turns: [turn, its_turn] } = impulse;
         [

@@ -12,12 +12,12 @@ use nalgebra::Vector3;
 /// The pairs that could meet.
 #[derive(Clone, Debug)]
 pub(super) struct Pairs {
-    /// By their first body, ascending.
+    /// The pairs in the order of their first body, ascending.
     pub(super) list: Vec<Pair>,
     /// The pairs of the search before.
     pub(super) old: Vec<Pair>,
     /// Per body, its way since the search.
-    pub(super) ways: Vec<Way>,
+    pub(super) travels: Vec<Travel>,
     /// Per body, the way that it may go until pairs are searched for anew (m).
     pub(super) search_radius: Vec<f64>,
     pub(super) neighbours: Neighbours,
@@ -27,10 +27,10 @@ pub(super) struct Pairs {
 
 /// The way of a body since the search.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Way {
-    /// How far it has gone (m).
+pub(super) struct Travel {
+    /// Distance that it has gone (m).
     pub(super) gone: f64,
-    /// How far it will have gone when the next substep is done (m).
+    /// Distance that it will have gone when the next substep is done (m).
     pub(super) next: f64,
     /// Whether it has a pair.
     pub(super) paired: bool,
@@ -42,7 +42,7 @@ impl Pairs {
         Pairs {
             list: Vec::with_capacity(8 * parts),
             old: Vec::with_capacity(8 * parts),
-            ways: vec![Way::default(); bodies.len()],
+            travels: vec![Travel::default(); bodies.len()],
             search_radius: vec![0.0; bodies.len()],
             neighbours: Neighbours::new(bodies, size, periods),
             regions: Regions::default(),
@@ -55,7 +55,7 @@ impl Pairs {
         self.list.capacity() + self.old.capacity() + self.neighbours.capacity()
     }
 
-    /// Takes the springs that last from the step before.
+    /// Takes the springs of sustained contacts from the step before.
     pub(super) fn recall(
         &mut self,
         setup: &Setup,
@@ -73,7 +73,7 @@ impl Pairs {
         }));
     }
 
-    /// Leaves the springs that last for the next step.
+    /// Leaves the springs of sustained contacts for the next step.
     pub(super) fn keep(&self, setup: &Setup, bodies: &[Body], touching: &mut Touching) {
         touching.springs.clear();
         touching.springs.extend(self.list.iter().filter_map(|pair| {
@@ -94,8 +94,8 @@ impl Pairs {
     ) {
         self.find_faces(setup, states, bodies);
         self.find_reach(setup, states, bodies, time, again);
-        // The first search of a step has the few pairs with springs only: exchanged for the other,
-        // both lists would come to take the room of all.
+        // The first search of a step starts from the few pairs with springs: if the lists were
+        // swapped, both would come to take the room of all pairs.
         self.old.clear();
         self.old.extend_from_slice(&self.list);
         self.list.clear();
@@ -110,8 +110,8 @@ impl Pairs {
             }
             let begin = self.list.len();
             let list = &mut self.list;
-            let ways = &mut self.ways;
-            let mut found = Found { setup, states, bodies, first: i, before, list, ways };
+            let travels = &mut self.travels;
+            let mut found = Found { setup, states, bodies, first: i, before, list, travels };
             found.add_bodies(&mut self.neighbours, &self.search_radius);
             if body.freedom().is_some() {
                 found.add_walls(self.search_radius[i]);
@@ -131,13 +131,13 @@ impl Pairs {
         time: f64,
         again: bool,
     ) {
-        self.ways.fill(Way::default());
+        self.travels.fill(Travel::default());
         let mut farthest: f64 = 0.0;
         for (i, (body, state)) in bodies.iter().zip(states).enumerate() {
             let way = state.way(body, time);
             self.search_radius[i] = 0.5 * setup.medium.range();
             if state.form == Form::Obstacle {
-                // Nothing drives it from its way.
+                // No contact changes the motion of an obstacle.
                 self.search_radius[i] += way;
                 continue;
             }
@@ -154,7 +154,7 @@ impl Pairs {
         self.list.iter_mut().for_each(|pair| pair.springs.stored = layout.stored(pair));
     }
 
-    /// Finds for the contacts with obstacles that last which faces hold them now.
+    /// Finds the faces of obstacles that hold the sustained contacts with them now.
     pub(super) fn find_faces(&mut self, setup: &Setup, states: &[ContactBody], bodies: &[Body]) {
         if setup.obstacles.is_empty() {
             return;
@@ -170,13 +170,13 @@ impl Pairs {
     }
 }
 
-/// What the two of a pair have gone since the search, together, by a way of each (m).
+/// Sum over the two of a pair of a way since the search (m), which `of` takes of each.
 #[inline]
-pub(super) fn together(pair: &Pair, ways: &[Way], of: impl Fn(&Way) -> f64) -> f64 {
-    of(&ways[pair.first]) + ways.get(pair.second).map_or(0.0, of)
+pub(super) fn together(pair: &Pair, travels: &[Travel], of: impl Fn(&Travel) -> f64) -> f64 {
+    of(&travels[pair.first]) + travels.get(pair.second).map_or(0.0, of)
 }
 
-/// The pairs of a body while they are found: they go on with those before.
+/// The pairs of a body while they are found, and those of the search `before`, which they continue.
 struct Found<'a> {
     setup: &'a Setup,
     states: &'a [ContactBody],
@@ -184,7 +184,7 @@ struct Found<'a> {
     first: usize,
     before: &'a [Pair],
     list: &'a mut Vec<Pair>,
-    ways: &'a mut [Way],
+    travels: &'a mut [Travel],
 }
 
 impl Found<'_> {
@@ -291,8 +291,8 @@ impl Found<'_> {
         pair.seen.clear = 0.0;
         pair.seen.met = None;
         self.list.push(pair);
-        self.ways[pair.first].paired = true;
-        if let Some(way) = self.ways.get_mut(pair.second) {
+        self.travels[pair.first].paired = true;
+        if let Some(way) = self.travels.get_mut(pair.second) {
             way.paired = true;
         }
     }

@@ -1,24 +1,24 @@
-//! How bodies respond to forces and torques in a substep.
+//! Response of bodies to forces and torques in a substep.
 
 use super::Impulse;
 use crate::geometry::Orientation;
 use crate::particles::{Accelerations, Body, Inertia};
 use nalgebra::{Matrix3, Vector3};
 
-/// How a body responds to forces: zero along the axes where it does not.
+/// Response of a body to forces: zero along the axes in which it is not free.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InverseMass {
     /// Inverse mass of a free body, whatever its axes (1/kg).
     pub(super) whole: f64,
-    /// 1/kg.
+    /// Inverse mass along each axis (1/kg).
     pub(super) mass: Vector3<f64>,
-    /// 1/(kg m2).
+    /// Inverse moments of inertia (1/(kg m2)).
     pub(super) inertia: InverseInertia,
     pub(super) accelerations: Accelerations,
 }
 
-/// How a body's spin responds to an angular impulse (1/(kg m2)): a symmetric tensor in the axes of
-/// the box.
+/// Inverse moments of inertia of a body (1/(kg m2)), by which its spin responds to an angular
+/// impulse: a symmetric tensor in the axes of the box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InverseInertia {
     diagonal: Vector3<f64>,
@@ -27,19 +27,19 @@ pub(super) struct InverseInertia {
 }
 
 impl InverseInertia {
-    /// None: nothing turns it.
+    /// Zero: nothing turns the body.
     const NONE: InverseInertia = InverseInertia {
         diagonal: Vector3::new(0.0, 0.0, 0.0),
         beside: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    /// That of a symmetric tensor.
+    /// The inverse moments of inertia from a symmetric tensor of them (1/(kg m2)).
     fn new(tensor: &Matrix3<f64>) -> InverseInertia {
         let beside = Vector3::new(tensor[(1, 2)], tensor[(2, 0)], tensor[(0, 1)]);
         InverseInertia { diagonal: tensor.diagonal(), beside }
     }
 
-    /// What an angular impulse (N m s) changes of the spin (rad/s).
+    /// Change of the spin (rad/s) by an angular impulse (N m s).
     #[inline]
     pub(super) fn of(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
         let j = impulse;
@@ -48,7 +48,7 @@ impl InverseInertia {
         self.diagonal.component_mul(j) + beside
     }
 
-    /// The largest about an axis.
+    /// The largest about an axis of the box (1/(kg m2)).
     #[inline]
     pub(super) fn max(&self) -> f64 {
         self.diagonal.max()
@@ -84,7 +84,7 @@ impl InverseMass {
                 ..InverseInertia::NONE
             },
             Inertia::Same(_) => InverseInertia {
-                diagonal: inertia.inverse_mass(&Vector3::repeat(1.0), &freedom),
+                diagonal: inertia.spin_change(&Vector3::repeat(1.0), &freedom),
                 ..InverseInertia::NONE
             },
         };
@@ -99,8 +99,8 @@ impl InverseMass {
         }
     }
 
-    /// Takes how a body that tumbles is turned now, by its moments of inertia in its own axes (kg
-    /// m2).
+    /// Turns the inverse moments of inertia of a body that tumbles to its orientation, from the
+    /// moments in its own axes (kg m2).
     pub(super) fn turn(&mut self, body: &Body, own: &Matrix3<f64>, orientation: &Orientation) {
         if let (true, Some(freedom)) = (body.tumbles(), body.freedom()) {
             let tensor = orientation.matrix() * own * orientation.matrix().transpose();
@@ -108,7 +108,7 @@ impl InverseMass {
         }
     }
 
-    /// The accelerations that last, and by a force and a torque (N, N m).
+    /// Accelerations by fluid and gravity, and by a force and a torque (N, N m).
     pub(super) fn accelerations_under(&self, load: &Impulse) -> Accelerations {
         let Accelerations { acceleration, angular } = self.accelerations;
         Accelerations {

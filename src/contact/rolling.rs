@@ -13,8 +13,8 @@
 //!              1/I_0 = 1/I_i + 1/I_j
 //! ```
 //! Over a substep h the torque is the one that the spin at its end asks for (Euler's backward
-//! scheme): it turns a body by its own inertia alone, which is next to none of a light one, before
-//! friction at the contact knows of it.
+//! scheme): it turns a body against its own inertia alone, which is next to none of a light one,
+//! before friction at the contact responds.
 //!
 //! Bodies that are not round have no such resistance: their shape is one. A patch of them resists
 //! turning about its normal instead, by the same spring, k = ratio k_n s^2 up to mu s F_n, s the
@@ -27,7 +27,7 @@ use super::response::InverseMass;
 use crate::numerics::ROLLING_DAMPING;
 use nalgebra::Vector3;
 
-/// How a contact resists the relative spin of its two.
+/// Resistance of a contact to the relative spin of its two.
 struct Resistance {
     /// The part of the spin that it resists (rad/s).
     spin: Vector3<f64>,
@@ -74,7 +74,7 @@ pub(super) fn resist_turning(
     if spring >= limit {
         *rolled *= limit / spring;
         let along = *rolled / rolled.norm();
-        // All of it where that does not turn the spin round.
+        // The whole limit, where that does not reverse the spin.
         let stops = spin.dot(&along) / turns.max(f64::MIN_POSITIVE);
         return -limit.min(stops.max(limit / (1.0 + turns * h * stiffness))) * along;
     }

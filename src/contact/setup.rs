@@ -1,5 +1,5 @@
-//! What never changes in a run: the walls, the laws and the materials of contacts, the fluid in the
-//! gaps, and what messages call the bodies.
+//! Setup of the contacts, which never changes in a run: the walls, the laws and the materials, the
+//! fluid in the gaps, and the names of the bodies in messages.
 
 use super::body::{ContactBody, Form};
 use super::law::{Law, Laws};
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// The setup of the contacts of a run.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// What messages call the bodies.
+    /// Names of the bodies in messages.
     pub(super) names: Vec<String>,
     /// The materials of the bodies.
     pub(super) materials: Vec<usize>,
@@ -80,7 +80,7 @@ impl Setup {
         self.wall(pair).map(|wall| wall.side)
     }
 
-    /// What messages call a pair.
+    /// Name of a pair in messages.
     pub(super) fn name(&self, pair: &Pair) -> String {
         let second = match self.wall(pair) {
             None => &self.names[pair.second],
@@ -119,7 +119,7 @@ impl Setup {
         Ok(())
     }
 
-    /// Refuses what no run of this case has left.
+    /// Refuses saved contacts that no run of this case has left.
     ///
     /// # Errors
     /// When a number belongs to no body or wall, or an image to no period.

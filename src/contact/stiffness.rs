@@ -1,5 +1,4 @@
-//! Stiffness for those who do not care about it: as soft as it may be, so that contacts last long
-//! and ask for few substeps.
+//! The stiffness "auto": as soft as it may be, so that contacts last long and need few substeps.
 //!
 //! ```text
 //!   impact   k d^(g+1)/(g+1) = m v^2/2
@@ -34,8 +33,8 @@ pub struct Impact {
 }
 
 impl Impact {
-    /// Among `bodies` in a box of `size` (m), in a fluid that moves at up to `flow` (m/s), under
-    /// gravity (m/s2), with a stiffness by these numbers of the method.
+    /// The hardest impact among `bodies` in a box of `size` (m), in a fluid that moves at up to
+    /// `flow` (m/s), under gravity (m/s2).
     pub fn expected(
         bodies: &[Body],
         size: [f64; 3],
@@ -93,7 +92,7 @@ impl Impact {
         of_impact.max(of_weight)
     }
 
-    /// How deep an impact goes at this stiffness (m).
+    /// Overlap that the impact reaches at this stiffness (m).
     pub fn depth_at(&self, stiffness: f64, exponent: f64) -> f64 {
         let power = exponent + 1.0;
         (0.5 * power * self.mass * self.speed * self.speed / stiffness).powf(1.0 / power)

@@ -63,7 +63,7 @@ fn walls(size: [f64; 3], axes: &[usize]) -> Vec<Wall> {
     axes.iter().flat_map(|&a| [wall(a, false), wall(a, true)]).collect()
 }
 
-/// Contacts with what lasts of them.
+/// Contacts, and their state from step to step.
 struct Touched {
     law: Contacts,
     touching: Touching,
@@ -120,7 +120,7 @@ fn accelerations(x: f64, y: f64) -> Accelerations {
     Accelerations { acceleration: vector![x, y, 0.0], ..Accelerations::default() }
 }
 
-/// Advances with no acceleration until the pair has parted; the steps that found it in contact.
+/// Advances without acceleration until the pair has parted; returns the steps found in contact.
 fn collide(contacts: &mut Touched, bodies: &mut [Body], dt: f64) -> usize {
     let still = vec![Accelerations::default(); bodies.len()];
     let mut touched = 0;
@@ -163,7 +163,7 @@ fn head_on_collision_has_given_restitution() {
                 "{shape:?} {exponent} e {e} {phase}: {measured}"
             );
 
-            // The same against a wall, in one long step.
+            // The impact on a wall, in one long step.
             let mut one = [body(shape, 0.01, vector![0.1, 0.1, 0.1], vector![0.0, -0.5, 0.0])];
             let time = Law::new(law).contact_time(one[0].mass(), 0.5);
             one[0].centre.y = 0.01 + 0.5 * time * (0.3 + phase / 40.0);
@@ -222,7 +222,7 @@ fn locked_axis_driving_into_wall_is_named() {
     );
 }
 
-/// How long a body touches a wall (s), from its impulses over short steps.
+/// Time for which a body touches a wall (s), from its impulses over short steps.
 fn time_at_the_wall(law: Material, speed: f64, steps: f64) -> f64 {
     let mut one = [body(Shape::Sphere, 0.01, vector![0.1, 0.1, 0.1], vector![0.0, -speed, 0.0])];
     let step = Law::new(law).contact_time(one[0].mass(), speed) / steps;

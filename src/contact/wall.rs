@@ -31,7 +31,7 @@ pub enum WallSide {
 }
 
 impl Wall {
-    /// How far inside the box a point is (m).
+    /// Distance of a point from the wall (m), positive inside the box.
     pub(super) fn distance(&self, point: &Vector3<f64>) -> f64 {
         if self.high { self.at - point[self.axis] } else { point[self.axis] - self.at }
     }
@@ -41,7 +41,7 @@ impl Wall {
         self.velocity - self.velocity.dot(&self.normal()) * self.normal()
     }
 
-    /// Out of the box.
+    /// Unit normal, out of the box.
     pub(super) fn normal(&self) -> Vector3<f64> {
         let mut normal = Vector3::zeros();
         normal[self.axis] = if self.high { 1.0 } else { -1.0 };

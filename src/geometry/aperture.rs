@@ -30,12 +30,12 @@ pub struct Cut {
     pub face: u32,
     /// Whether the cell above it is this rank's.
     pub owned: bool,
-    /// Whether it is the first of those that bodies cover of the face, or the only one, so far as
-    /// is known.
+    /// Whether its body is the first, or the only one, of those that cover parts of the face, so
+    /// far as is known.
     pub first: bool,
 }
 
-/// Where the covered and the open part of such a face lie, by the axes in use.
+/// Centroids of the covered and the open part of a cut face, by the axes in use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceCentroids<const D: usize> {
     lever: [f64; D],
@@ -53,8 +53,8 @@ impl<const D: usize> FaceCentroids<D> {
     }
 }
 
-/// The faces along an axis that a particle covers. What most readers ask for is stored apart from
-/// the rest: the pressure reads a quarter of the bytes.
+/// The faces along an axis that a particle covers. The part that most readers ask for is stored
+/// apart from the rest: the pressure reads a quarter of the bytes.
 #[derive(Clone, Debug)]
 pub struct Cuts<const D: usize> {
     cuts: Vec<Cut>,
@@ -62,17 +62,17 @@ pub struct Cuts<const D: usize> {
 }
 
 impl<const D: usize> Cuts<D> {
-    /// None yet, with room for so many.
+    /// No faces yet, with room for `n`.
     pub fn with_capacity(n: usize) -> Cuts<D> {
         Cuts { cuts: Vec::with_capacity(n), centroids: Vec::with_capacity(n) }
     }
 
-    /// For how many there is room.
+    /// Number of faces that there is room for.
     pub fn capacity(&self) -> usize {
         self.cuts.capacity()
     }
 
-    /// How many there are.
+    /// Number of faces.
     pub fn len(&self) -> usize {
         self.cuts.len()
     }
@@ -97,7 +97,7 @@ impl<const D: usize> Cuts<D> {
         self.cuts.iter_mut()
     }
 
-    /// The faces, with where their parts lie.
+    /// The faces, with the centroids of their parts.
     #[inline]
     pub fn with_centroids(&self) -> impl Iterator<Item = (&Cut, &FaceCentroids<D>)> {
         self.cuts.iter().zip(&self.centroids)
@@ -128,8 +128,8 @@ const LEAST: f64 = 1e-9;
 
 /// Fills `cuts`, and the `arms` from the particle's centre (its nearest image) to the faces'
 /// centres (m), in the same order, with the faces along `axis` of this rank's cells that a particle
-/// (or an image of it) covers; faces at boundaries of the box are not among them: what flows
-/// through those, the boundary says; `planes` is scratch.
+/// (or an image of it) covers; faces at boundaries of the box are not among them, since the
+/// boundary gives the flow through those; `planes` is scratch.
 ///
 /// The first and the last faces of a period are the same ones. Both are found from the first one's
 /// place, to the last digit: what flows out at one side comes in at the other.
@@ -156,8 +156,8 @@ pub fn cuts<const D: usize>(
     }
 }
 
-/// Finds those of the faces of this rank at the closed sides of the box; the arms are left as they
-/// come.
+/// Finds the cuts of this rank's faces at the sides of the box that are not periodic; the arms are
+/// left as they come.
 pub fn cuts_at_sides<const D: usize>(
     grid: &Grid<D>,
     axis: usize,
@@ -183,11 +183,11 @@ struct Faces<const D: usize> {
     /// The first one, and the one after the last.
     from: [usize; D],
     to: [usize; D],
-    /// How many faces further along the axis they lie.
+    /// Offset along the axis, in faces, of their places in the fields: a period, or none.
     on: usize,
 }
 
-/// Adds those of the faces that the body covers.
+/// Adds the faces that the body covers.
 fn find<const D: usize>(
     grid: &Grid<D>,
     faces: &Faces<D>,
@@ -229,8 +229,8 @@ fn find<const D: usize>(
     }
 }
 
-/// How much of the volume about a face is covered, and where its open part has its centroid, from
-/// the face's centre (m).
+/// Covered part of the volume about a face, and the centroid of its open part, from the face's
+/// centre (m).
 fn covered_part<const D: usize>(filled: &Tile) -> (f64, [f64; D]) {
     let covered = filled.part.clamp(0.0, 1.0);
     let middle = filled.middle;

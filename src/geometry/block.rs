@@ -1,4 +1,4 @@
-//! Which cells, faces or points a particle reaches, its periodic images included.
+//! Cells, faces or points that a particle reaches, its periodic images included.
 
 use super::Shape;
 use crate::grid::Grid;
@@ -64,7 +64,7 @@ impl<const D: usize> Block<D> {
             if a < D {
                 let count = last[a] - first[a] + 2;
                 if count > planes.capacity() {
-                    // Of a body across a side of the box they are a part.
+                    // Only a part of the planes of a body across a side of the box is here.
                     planes.reserve(2 * count);
                 }
                 planes.extend((first[a]..=last[a] + 1).map(|n| place(a, n)));
@@ -75,8 +75,8 @@ impl<const D: usize> Block<D> {
         Some(first)
     }
 
-    /// Whether all within so far (m) of a centre (m) along each axis is this rank's beyond doubt,
-    /// without images.
+    /// Whether the box of the half edges `bounds` (m) about a centre (m) is this rank's beyond
+    /// doubt, without images.
     pub fn is_inside(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> bool {
         (0..D).all(|a| {
             let low = grid.start[a] as f64;
@@ -88,13 +88,13 @@ impl<const D: usize> Block<D> {
         })
     }
 
-    /// The owned cells within so far (m) of a centre (m) along each axis.
+    /// The owned cells within `bounds` (m) of a centre (m) along each axis.
     pub fn owned(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> Block<D> {
         let to = std::array::from_fn(|a| grid.start[a] + grid.local[a]);
         Block::within(grid, centre, bounds, grid.start, to)
     }
 
-    /// The same of the cells of all ranks.
+    /// The cells of all ranks within `bounds` (m) of a centre (m) along each axis.
     pub fn of_all(grid: &Grid<D>, centre: &Vector3<f64>, bounds: &Vector3<f64>) -> Block<D> {
         Block::within(grid, centre, bounds, [0; D], grid.cells)
     }

@@ -25,14 +25,14 @@ impl Overlap {
         self.fraction < 1.0
     }
 
-    /// Whether the particle fills more than half of the cell: its middle is inside, and what the
-    /// cell's velocity is there is none of the fluid's.
+    /// Whether the particle fills more than half of the cell: its middle is inside, and the
+    /// velocity there is not the fluid's.
     pub fn is_inside(&self) -> bool {
         self.fraction > 0.5
     }
 }
 
-/// How fractions are found.
+/// Method for the fractions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// The exact overlap.
@@ -155,8 +155,8 @@ pub fn most_middles<const D: usize>(grid: &Grid<D>, radius: f64) -> usize {
     cells_within(grid, radius, 0.5 * (D as f64).sqrt())
 }
 
-/// As many as have the volume of a ball that is wider by so many spacings, and no more than its
-/// box has.
+/// Cells in the volume of a ball that is `wider` than `radius` (m) by so many spacings, and no more
+/// than its box has.
 fn cells_within<const D: usize>(grid: &Grid<D>, radius: f64, wider: f64) -> usize {
     // A body nearly as long as a period meets its first cells again at its other end.
     let most = |a: usize| ((2.0 * radius / grid.h[a]) as usize + 2).min(grid.cells[a] + 2);

@@ -1,4 +1,4 @@
-//! What bodies fill of the grid's cells and cover of its faces, their periodic images included.
+//! Solid fractions: bodies' parts of the grid's cells and of its faces, periodic images included.
 //!
 //! ```text
 //!        ,-----.            part of a box that the body fills, and the centroid of it: cells
@@ -23,14 +23,14 @@ pub(crate) use planes::Planes;
 /// A shape at its place.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed<'a> {
-    /// What.
+    /// The shape.
     pub shape: &'a dyn Shape,
-    /// Where its centre is, and how it is turned.
+    /// Its centre (m) and its orientation.
     pub pose: Pose,
 }
 
 impl Placed<'_> {
-    /// It as it is turned.
+    /// The shape in its orientation.
     pub fn turned(&self) -> Turned<'_> {
         self.shape.turned(&self.pose.orientation)
     }

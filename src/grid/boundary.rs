@@ -8,14 +8,14 @@
 //!                                         no gradient:         ghost k = cell 0
 //!                                         mirror:              ghost k = cell k
 //! ```
-//! The one along the boundary is exact for a parabola of which every cell has the mean, and so is
-//! the flow between two walls. Two cells, or others of three, would do; with these diffusion is
-//! stable for the steps that it has far from walls. Across the boundary it would feed what faces
-//! remember: the flow around a sphere that creeps through a closed box grew. Where a body is so
-//! near that it has one of the cells, and with the paper's mixing, ghost 0 is as the others; also
-//! where bodies move, for whom faces remember for long: a flow then grew in the corners of the box.
-//! Where an obstacle covers the boundary there is no shear on it: by the part that is covered,
-//! ghost 0 is cell 0.
+//! The rule along the boundary is exact for a parabola of which every cell has the mean, and so is
+//! the flow between two walls. Two cells, or other factors of three, would do; with these diffusion
+//! is stable for the steps that it has far from walls. Across the boundary the rule would feed the
+//! correction of the face velocities: the flow around a sphere that creeps through a closed box
+//! grew. Ghost 0 is as the others where a body is so near that it has one of the cells, with the
+//! mixture method, and where bodies move, since that correction then decays slowly: a flow grew in
+//! the corners of the box. Where an obstacle covers the boundary there is no shear on it: by the
+//! part that is covered, ghost 0 is cell 0.
 
 use super::ghosts::{Planes, Rule};
 use super::{GHOSTS, Grid, VectorField};
@@ -23,7 +23,7 @@ use crate::Result;
 use crate::petsc::{Halo, Layout, Session};
 use nalgebra::Vector3;
 
-/// The condition at one face of the box.
+/// The condition at one side of the box.
 #[derive(Clone, Debug)]
 pub enum BoundaryKind<const D: usize> {
     /// A given velocity (m/s): walls, moving walls, inflows. One value for each stored position of
@@ -79,20 +79,20 @@ struct CoveredSide {
     part: f64,
 }
 
-/// The conditions at all faces, and the halo exchange.
+/// The conditions at all sides of the box, and the halo exchange.
 pub struct Boundaries<const D: usize> {
     /// By axis and side (low, high); `None` where the axis is periodic.
     pub kinds: [[Option<BoundaryKind<D>>; 2]; D],
     /// Pressure at outflows (Pa), by axis and side, one value for each stored position of the face;
     /// empty elsewhere.
     entry: [[Vec<f64>; 2]; D],
-    /// How much of the parabola along it the first ghosts have, by axis and side, one value for
+    /// Share of the parabola along it that the first ghosts have, by axis and side, one value for
     /// each stored position of the face; empty for none.
     bend: [[Vec<f64>; 2]; D],
     /// The cells whose face on the boundary obstacles cover, by axis.
     covered: [Vec<CoveredSide>; D],
     halo: Halo,
-    /// The faces of the box that this rank's own box reaches.
+    /// The sides of the box that this rank's own box reaches.
     here: [[bool; 2]; D],
     planes: [Planes; D],
     /// Layers of ghosts that velocities are given.
@@ -154,8 +154,8 @@ impl<const D: usize> Boundaries<D> {
         rates.fold(0.0, f64::max)
     }
 
-    /// Whether a side of the box can do work on the fluid: something flows through it, or it moves.
-    /// Of this rank's sides.
+    /// Whether a side of the box that this rank reaches can do work on the fluid: something flows
+    /// through it, or it moves.
     pub fn do_work(&self) -> bool {
         let mut here = (0..2 * D).filter_map(|f| self.boundary(f / 2, f % 2));
         here.any(|boundary| match boundary {
@@ -174,14 +174,14 @@ impl<const D: usize> Boundaries<D> {
         self.fill_layers(self.layers, u)
     }
 
-    /// Fills those of a velocity that the stencils of the flow alone read: no probes of bodies.
-    /// Collective.
+    /// Fills the ghosts of a velocity that the stencils of the flow read, without those for bodies'
+    /// image points. Collective.
     pub fn fill_stencils(&mut self, u: &mut VectorField<D>) -> Result<()> {
         self.fill_layers(GHOSTS, u)
     }
 
-    /// Fills those of a velocity whose ghosts were filled before cells inside bodies were set: none
-    /// changes where every body is far from the ends of the box. Collective.
+    /// Fills the ghosts of a velocity again after ghost cells in bodies were set: none changes
+    /// where every body is far from the ends of the box. Collective.
     pub fn fill_imposed(&mut self, u: &mut VectorField<D>) -> Result<()> {
         if self.layers > GHOSTS { self.fill_velocity(u) } else { Ok(()) }
     }
@@ -223,15 +223,15 @@ impl<const D: usize> Boundaries<D> {
         }
     }
 
-    /// Says whether anything reads a velocity's ghosts beyond those of the fifth-order stencils. To
-    /// be the same on all ranks. Returns whether what was filled before does not reach so far.
+    /// Sets whether anything reads a velocity's ghosts beyond those of the fifth-order stencils:
+    /// the same on all ranks. Returns whether the layers filled before are too few.
     pub fn set_velocity_layers(&mut self, deep: bool) -> bool {
         let layers = if deep { self.planes[0].ghosts } else { GHOSTS };
         std::mem::replace(&mut self.layers, layers) < layers
     }
 
     /// Fills the ghosts of a pressure, next to its cells: no gradient at boundaries with a given
-    /// velocity, and what [`Boundaries::let_in`] found at outflows. Collective.
+    /// velocity, and what [`Boundaries::set_backflow_pressure`] found at outflows. Collective.
     pub fn fill_pressure(&mut self, p: &mut [f64]) -> Result<()> {
         self.fill_increment(p)?;
         self.fill_outflows(p);
@@ -256,7 +256,12 @@ impl<const D: usize> Boundaries<D> {
 
     /// Finds the pressure at outflows, of a fluid of this density (kg/m3), and fills the ghosts of
     /// `p` there. Returns whether any changed on this rank.
-    pub fn let_in(&mut self, density: f64, faces: &VectorField<D>, p: &mut [f64]) -> bool {
+    pub fn set_backflow_pressure(
+        &mut self,
+        density: f64,
+        faces: &VectorField<D>,
+        p: &mut [f64],
+    ) -> bool {
         let mut changed = false;
         for (axis, side) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
             let mut entry = std::mem::take(&mut self.entry[axis][side]);
@@ -275,7 +280,7 @@ impl<const D: usize> Boundaries<D> {
         changed
     }
 
-    /// The pressure (Pa) at a boundary's face of the box, by the indices of the cell and of the
+    /// The pressure (Pa) at a boundary's side of the box, by the indices of the cell and of the
     /// next one inside.
     pub fn pressure_at(
         &self,
@@ -290,7 +295,7 @@ impl<const D: usize> Boundaries<D> {
         }
     }
 
-    /// Has so much of the parabola along all boundaries.
+    /// Sets the share of the parabola along all boundaries.
     pub fn bend(&mut self, share: f64) {
         self.bend.iter_mut().flatten().for_each(|bend| bend.fill(share));
     }
@@ -303,7 +308,7 @@ impl<const D: usize> Boundaries<D> {
         }
     }
 
-    /// A component of the velocity (m/s) at a boundary's face of the box, by the indices of the
+    /// A component of the velocity (m/s) at a boundary's side of the box, by the indices of the
     /// ghost and of the cell; ghosts of `q` filled.
     pub fn velocity_at(
         &self,

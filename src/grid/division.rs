@@ -5,7 +5,7 @@
 //!                              rank 0    rank 1  rank 2        are left over
 //! ```
 
-/// How the cells of a grid are divided over the ranks.
+/// Division of a grid's cells over the ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Division<const D: usize> {
     /// Cells of the whole grid along each axis.

@@ -1,9 +1,9 @@
-//! How ghosts across one axis are set from the cells beside a boundary: the rules of
+//! Ghosts across one axis, set from the cells beside a boundary: the rules of
 //! [`boundary`](super::boundary), applied to the rows of a field.
 
 use super::{BoundaryKind, GHOSTS, Grid};
 
-/// How the layers across one axis lie in a field.
+/// Layout in a field of the layers across one axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Planes {
     outer: usize,
@@ -20,8 +20,8 @@ pub(super) struct Planes {
 /// given.
 const PARABOLA: [f64; 3] = [-1.4, -0.2, 0.2];
 
-/// The first ghost of a velocity that is `given` at the boundary, from the three nearest cells: so
-/// much of the parabola through all, and the rest of the straight line.
+/// The first ghost of a velocity that is `given` at the boundary, from the three nearest cells: the
+/// share `bend` of the parabola through all, and the rest of the straight line.
 #[inline(always)]
 fn bent(given: f64, bend: f64, [near, next, third]: [f64; 3]) -> f64 {
     let [a, b, c] = PARABOLA;
@@ -30,7 +30,7 @@ fn bent(given: f64, bend: f64, [near, next, third]: [f64; 3]) -> f64 {
     straight + bend * (parabola - straight)
 }
 
-/// What a ghost becomes: a given value, if there is one, and a multiple of a cell's.
+/// Rule of a ghost: the sum of a given value, if there is one, and a multiple of a cell's.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rule<'a> {
     /// The value at the boundary, for each position on the face, which counts twice.
@@ -38,27 +38,27 @@ pub(super) struct Rule<'a> {
     factor: f64,
     /// Whether the cell is always the nearest one, and not the mirrored one.
     nearest: bool,
-    /// How much of a parabola the first ghost continues, for each position on the face.
+    /// Share of a parabola that the first ghost continues, for each position on the face.
     bend: Option<&'a [f64]>,
-    /// The most layers that anything reads: the stencils of the flow alone where the velocity is
-    /// given, since no probe lies beyond what is nearest to a body along its normal. A plane of
+    /// Most layers that anything reads: the stencils of the flow alone where the velocity is given,
+    /// since no image point lies beyond the surface nearest to a body along its normal. A plane of
     /// symmetry may pass through a body.
     most: usize,
 }
 
 impl<'a> Rule<'a> {
-    /// That of a field which is mirrored, times a factor.
+    /// Rule of a field that is mirrored, times a factor.
     pub fn mirrored(factor: f64) -> Rule<'a> {
         Rule { given: None, factor, nearest: false, bend: None, most: usize::MAX }
     }
 
-    /// That of a field which has these values at the boundary.
+    /// Rule of a field that has these values at the boundary.
     pub fn of_values(values: &'a [f64]) -> Rule<'a> {
         Rule { given: Some(values), ..Rule::mirrored(-1.0) }
     }
 
-    /// That of a component of the velocity on a boundary normal to an axis, which has so much of
-    /// the parabola along it.
+    /// Rule of a component of the velocity on a boundary normal to an axis, with the share `bend`
+    /// of the parabola along it.
     pub fn of_velocity<const D: usize>(
         boundary: &'a BoundaryKind<D>,
         bend: &'a [f64],
@@ -77,7 +77,7 @@ impl<'a> Rule<'a> {
 }
 
 impl Planes {
-    /// Those across an axis of a grid.
+    /// The layers across an axis of a grid.
     pub fn new<const D: usize>(grid: &Grid<D>, axis: usize) -> Planes {
         let inner = grid.stride[axis];
         let total: usize = grid.stored.iter().product();

@@ -1,4 +1,4 @@
-//! The grid: equal cells, fields with ghost layers, and what happens at the faces of the box.
+//! The grid: equal cells, fields with ghost layers, and the conditions at the sides of the box.
 //!
 //! A field is a plain `Vec<f64>` over the stored box of a rank, x fastest, with layers of ghosts on
 //! every side ([`GHOSTS`], or more):
@@ -117,7 +117,7 @@ impl<const D: usize> Grid<D> {
         Rows::new(self, extent)
     }
 
-    /// The owned cells beside the low (`side` 0) or high (1) face of the box along `axis`; none
+    /// The owned cells beside the low (`side` 0) or high (1) side of the box along `axis`; none
     /// where that face is periodic, or another rank's.
     pub fn boundary_cells(&self, axis: usize, side: usize) -> impl Iterator<Item = usize> {
         let mut extent = self.local;
@@ -150,7 +150,7 @@ impl<const D: usize> Grid<D> {
         })
     }
 
-    /// Where the stored position nearest to a point (m) stands among those of a face of the box
+    /// Where the stored position nearest to a point (m) stands among those of a side of the box
     /// normal to `axis`: the first other axis fastest, as [`BoundaryKind::Velocity`] stores them.
     pub fn position_on_boundary(&self, axis: usize, point: &nalgebra::Vector3<f64>) -> usize {
         let mut at = 0;
@@ -222,7 +222,7 @@ impl<const D: usize> Iterator for Rows<D> {
 /// A property that is one number, or one number a cell.
 #[derive(Clone, Debug)]
 pub enum Coefficient {
-    /// The same everywhere.
+    /// One value everywhere.
     Uniform(f64),
     /// A field.
     Field(Vec<f64>),

@@ -8,7 +8,7 @@
 /// Numbers that a loop treats at once.
 const LANES: usize = 8;
 
-/// Runs `kernel` compiled for the widest vectors. What it calls has to be `#[inline(always)]`,
+/// Runs `kernel` compiled for the widest vectors. All that it calls has to be `#[inline(always)]`,
 /// itself included.
 #[inline(always)]
 pub fn simd<R>(kernel: impl FnOnce() -> R) -> R {

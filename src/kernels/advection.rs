@@ -33,9 +33,9 @@ pub(super) fn upwind_flux(carrier: f64, q: [f64; 6]) -> f64 {
 /// The face velocities that carry (m/s), extrapolated from those of the last two steps, `now +
 /// ahead (now - before)`.
 pub struct Carrier<'a, const D: usize> {
-    /// Those of now.
+    /// Present face velocities (m/s).
     pub now: &'a VectorField<D>,
-    /// Those before and how far ahead to go, where it goes.
+    /// Face velocities of the step before (m/s) and the factor `ahead`, if they are extrapolated.
     pub before: Option<(&'a VectorField<D>, f64)>,
 }
 
@@ -57,8 +57,7 @@ impl<const D: usize> Carrier<'_, D> {
     }
 }
 
-/// What [`upwind5`] keeps while it goes from row to row: the fluxes through the low faces of the
-/// row at hand.
+/// Scratch of [`upwind5`] from row to row: the fluxes through the low faces of the row at hand.
 pub struct Fluxes {
     /// Along a row, and its carrier.
     along: Vec<f64>,
@@ -125,7 +124,7 @@ pub fn upwind5<const D: usize>(
                     let fluxes = if axis == 1 { &mut *rows } else { &mut *planes };
                     let lows = LowFluxes { first, at: low, fluxes: &mut fluxes[..] };
                     let high = &mut along[..n];
-                    let way = Way { axis, stride: grid.stride[axis], factor: factor[axis] };
+                    let way = Along { axis, stride: grid.stride[axis], factor: factor[axis] };
                     across(carrier, &way, u, &row, values, lows, high, rate);
                 }
                 if nu != 0.0 {
@@ -138,9 +137,9 @@ pub fn upwind5<const D: usize>(
     );
 }
 
-/// An axis, the way along it from cell to cell in a field, and what a flux through a face along it
-/// changes a cell by.
-struct Way {
+/// An axis, its stride from cell to cell in a field, and the factor of a difference of fluxes along
+/// it in the rate of a cell.
+struct Along {
     axis: usize,
     stride: usize,
     factor: f64,
@@ -154,13 +153,13 @@ struct LowFluxes<'a, F: Fn(usize) -> usize> {
     fluxes: &'a mut [f64],
 }
 
-/// The fluxes of a row across an axis; those through its high faces take the place of those through
-/// the low ones.
+/// Subtracts the differences of a row's fluxes across an axis; the fluxes through its high faces
+/// take the place of those through the low ones.
 #[allow(clippy::too_many_arguments)]
 #[inline(always)]
 fn across<const D: usize>(
     carrier: &Carrier<D>,
-    way: &Way,
+    way: &Along,
     u: &VectorField<D>,
     row: &Range<usize>,
     values: &mut [f64],
@@ -169,7 +168,7 @@ fn across<const D: usize>(
     rate: &mut VectorField<D>,
 ) {
     let n = row.len();
-    let Way { axis, stride: s, factor } = *way;
+    let Along { axis, stride: s, factor } = *way;
     let LowFluxes { first, at, fluxes } = lows;
     if first {
         let carried = carrier.row(axis, row.clone(), values);
@@ -271,7 +270,7 @@ pub fn qsi_sweep<const D: usize>(
     }
 }
 
-/// What upwind advection at a Courant number of 1 adds to a wave of phase angle `theta` a cell.
+/// Change of a wave of phase angle `theta` a cell by upwind advection at a Courant number of 1.
 #[cfg(test)]
 pub(crate) fn upwind5_symbol(theta: f64) -> nalgebra::Complex<f64> {
     let flux = |part: fn(f64) -> f64| {
@@ -281,7 +280,7 @@ pub(crate) fn upwind5_symbol(theta: f64) -> nalgebra::Complex<f64> {
     high * (nalgebra::Complex::from_polar(1.0, -theta) - 1.0)
 }
 
-/// What a QSI sweep at Courant number `c` multiplies a wave of phase angle `theta` a cell by.
+/// Factor of a wave of phase angle `theta` a cell in a QSI sweep at Courant number `c`.
 #[cfg(test)]
 pub(crate) fn qsi_symbol(c: f64, theta: f64) -> nalgebra::Complex<f64> {
     let nodes =

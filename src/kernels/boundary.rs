@@ -1,5 +1,5 @@
-//! What the sides of the box do to the fluid: the momentum that goes through them, from the fields
-//! beside them alone.
+//! Forces of the sides of the box on the fluid: the momentum that goes through them, from the
+//! fields beside them alone.
 //!
 //! ```text
 //!      ghost 0 | cell 0   cell 1         viscous   mu (u_ghost - u_0)/h
@@ -7,9 +7,9 @@
 //!              ^ side                    pressure  (3 p_0 - p_1)/2
 //!              (p_ghost + p_0)/2 at an outflow
 //! ```
-//! At walls what is carried is nothing, and viscosity's is the shear on them. Where the viscosity
-//! is a field, its force is that of the full stress ([`crate::kernels::diffusion::stress`]). These
-//! are the values that the terms of the step have there, each on its face, so that summed over the
+//! At walls nothing is carried, and the viscous part is the shear on them. Where the viscosity is a
+//! field, its force is that of the full stress ([`crate::kernels::diffusion::stress`]). These are
+//! the values that the terms of the step have there, each on its face, so that summed over the
 //! sides they are what all cells together gain.
 
 use super::advection::{Carrier, upwind_flux};

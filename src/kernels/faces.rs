@@ -15,7 +15,7 @@ use crate::grid::{Coefficient, Grid, VectorField, largest, simd};
 /// `1/rho` on faces (m3/kg), one place for the predictor, the operator and the correction.
 #[derive(Clone, Debug)]
 pub enum FaceCoefficient<const D: usize> {
-    /// The same on every face.
+    /// One value for all faces.
     Uniform(f64),
     /// By axis and face.
     Field(VectorField<D>),
@@ -205,8 +205,7 @@ pub fn add_to_cells<const D: usize>(
     );
 }
 
-/// What a stage begins from, or ends at: `to = from + factor rate + dt (a_low + a_high)/2` in the
-/// cells.
+/// Start or end of a stage, in the cells: `to = from + factor rate + dt (a_low + a_high)/2`.
 pub fn step_cells<const D: usize>(
     grid: &Grid<D>,
     from: &VectorField<D>,
@@ -235,8 +234,8 @@ pub fn step_cells<const D: usize>(
     );
 }
 
-/// What a stage of a recurrence begins from, in the cells: `to = before to + sum of factor field +
-/// dt (a_low + a_high)/2`.
+/// Start of a stage of a recurrence, in the cells: `to = before to + sum of factor field + dt
+/// (a_low + a_high)/2`.
 pub fn recur_cells<const D: usize>(
     grid: &Grid<D>,
     before: f64,
@@ -294,8 +293,8 @@ pub fn cell_gradient<const D: usize>(grid: &Grid<D>, axis: usize, cell: usize, p
     (p[cell + s] - p[cell - s]) / (2.0 * grid.h[axis])
 }
 
-/// Divergence of the face velocities in the owned cells (1/s), handed row by row to `take(row,
-/// divergence)`; the values stand in `out`, indexed as a field.
+/// Divergence of the face velocities in the owned cells (1/s), put into `out`, which is indexed as
+/// a field.
 pub fn divergence<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, out: &mut [f64]) {
     simd(
         #[inline(always)]

@@ -1,4 +1,4 @@
-//! Where bodies may not go.
+//! Refusal of bodies that have moved into each other or into the boundary of the box.
 
 use crate::domain::Domain;
 use crate::particles::{Body, gap, nearest_image};
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 /// Refuses bodies that have moved into each other or into the boundary of the box where no law of
 /// contact can stop them: a cell holds no more solid than its volume, and a wall is where the box
-/// ends. What is held on both sides nothing stops.
+/// ends. Nothing stops two that are both held, as a wall is.
 ///
 /// # Errors
 /// With the bodies' numbers and what to do.

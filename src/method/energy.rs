@@ -12,12 +12,12 @@
 //!              (alpha: the solid fraction of the volume about the face, of round bodies the mean
 //!              of both cells')
 //!   contacts what all bodies gain of them = what springs release and moving walls give,
-//!                 less what dampers, friction, films take
+//!                 less what dampers, friction, lubrication take
 //! ```
-//! and likewise for spins and torques. What is missing is the method's own. What viscosity takes is
+//! and likewise for spins and torques. The remainder is the error of the method. Viscosity takes
 //! `mu int 2 D:D dV`, D the symmetric part of grad u: more than `mu int |grad u|^2 dV` by what lies
-//! on the walls of bodies, `mu n.(u.grad)u`, which is 2 w^2 mu of each volume V that turns with w,
-//! and nothing at flat walls. With the mixing torques are those of grad u alone.
+//! on the surfaces of bodies, `mu n.(u.grad)u`, which is 2 w^2 mu of each volume V that turns with
+//! w, and nothing at flat walls. In the mixture method torques are those of grad u alone.
 
 use crate::Result;
 use crate::contact::{Contacts, Impulse};
@@ -31,19 +31,19 @@ use crate::state::{EnergyBudget, State};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// How a body moved at the start of a step.
+/// Motion of a body at the start of a step.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion {
+pub struct BodyBefore {
     centre: Vector3<f64>,
     velocity: Vector3<f64>,
     spin: Vector3<f64>,
     energy: f64,
 }
 
-impl Motion {
-    /// That of a body now.
-    pub fn of(body: &Body) -> Motion {
-        Motion {
+impl BodyBefore {
+    /// Motion of a body now.
+    pub fn of(body: &Body) -> BodyBefore {
+        BodyBefore {
             centre: body.centre,
             velocity: body.velocity,
             spin: body.spin,
@@ -111,7 +111,7 @@ pub fn reopen<const D: usize>(
     s.energy.bodies = of_bodies(&s.bodies);
     s.energy.springs = find_springs(method, s);
     s.energy.work.boundaries += s.energy.total() - before;
-    // What viscosity takes from now on says nothing about the steps before.
+    // Samples of the dissipation from now on say nothing about the steps before.
     s.energy.powers.since = 0.0;
     Ok(())
 }
@@ -122,13 +122,13 @@ pub fn reopen<const D: usize>(
 pub fn close<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
-    before: &[Motion],
+    before: &[BodyBefore],
     method: &dyn Method<D>,
     [all_cells, inside]: [f64; 2],
 ) -> Result<()> {
     let contacts = method.contacts();
     let mut e = s.energy;
-    let worked = Work::of(domain, s, before, contacts);
+    let worked = WorkOnBodies::of(domain, s, before, contacts);
     let springs = contacts.map_or(0.0, |c| c.stored(&s.bodies, |k| s.displacement(k)));
     let walls = contacts.map_or(0.0, |c| c.outcome().wall_work);
     let slid = contacts.map_or(0.0, |c| c.outcome().friction_loss);
@@ -154,8 +154,8 @@ pub fn close<const D: usize>(
     Ok(())
 }
 
-/// What viscosity takes and the sides of the box give over the last step, by the trapezium rule:
-/// viscosity by its last sample, which a new one corrects; the sides in every step, since an
+/// Counts the work of viscosity and of the sides of the box over the last step, by the trapezium
+/// rule: viscosity by its last sample, which a new one corrects; the sides in every step, since an
 /// impact's pressure lasts for one. Collective.
 fn sample<const D: usize>(
     domain: &mut Domain<D>,
@@ -179,7 +179,7 @@ fn sample<const D: usize>(
     e.powers.boundaries = flow + shear;
     if due {
         let before = e.powers.dissipated;
-        // A sheet beside a body that is set off is gone at once.
+        // The vortex sheet beside a body that is set off is gone at once.
         let was = if first { before.min(dissipated) } else { before };
         e.losses.viscous += e.powers.since * (0.5 * (was + dissipated) - before);
         e.powers.dissipated = dissipated;
@@ -190,16 +190,16 @@ fn sample<const D: usize>(
 
 /// Work per time (W).
 struct Powers {
-    /// Of the sides of the box on the fluid: by what flows through them with their pressure, and by
-    /// viscosity.
+    /// Power of the sides of the box on the fluid: by what flows through them with their pressure,
+    /// and by viscosity.
     flow: f64,
     shear: f64,
-    /// What viscosity takes, where it is asked for.
+    /// Power that viscosity takes, where it is asked for.
     dissipated: f64,
 }
 
 impl Powers {
-    /// As the state is now. Collective.
+    /// Powers of the state as it is. Collective.
     fn of<const D: usize>(
         domain: &mut Domain<D>,
         s: &mut State<D>,
@@ -243,21 +243,21 @@ fn of_bodies(bodies: &[Body]) -> f64 {
 
 /// The work of a step on and by the bodies (J).
 #[derive(Clone, Copy, Debug, Default)]
-struct Work {
+struct WorkOnBodies {
     gravity: f64,
     prescribed: f64,
-    /// On all of them.
+    /// Work of contacts on all bodies.
     contacts: f64,
 }
 
-impl Work {
+impl WorkOnBodies {
     fn of<const D: usize>(
         domain: &Domain<D>,
         s: &State<D>,
-        before: &[Motion],
+        before: &[BodyBefore],
         contacts: Option<&Contacts>,
-    ) -> Work {
-        let mut work = Work::default();
+    ) -> WorkOnBodies {
+        let mut work = WorkOnBodies::default();
         for (k, (body, before)) in s.bodies.iter().zip(before).enumerate() {
             let impulse = contacts.map(|c| c.outcome().impulse(k)).unwrap_or_default();
             let struck = impulse != Impulse::default();
@@ -271,7 +271,7 @@ impl Work {
             if let Some(freedom) = body.freedom() {
                 let weight =
                     (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
-                // What keeps a locked direction's velocity against all forces.
+                // Work of what keeps the velocity along locked directions against all forces.
                 let holds = |free: [bool; 3], load: Vector3<f64>, way: &Vector3<f64>| {
                     -(0..3).filter(|a| !free[*a]).map(|a| load[a] * way[a]).sum::<f64>()
                 };
@@ -382,7 +382,7 @@ fn slope(u: &[f64], cell: usize, stride: usize, h: f64) -> f64 {
     ((u[cell] - u[cell - stride]) / h).powi(2)
 }
 
-/// The sum of that over this rank's cells.
+/// Sum over this rank's cells of [`slope`] of all components along all axes.
 fn low_slopes<const D: usize>(grid: &Grid<D>, u: &VectorField<D>) -> f64 {
     simd(
         #[inline(always)]

@@ -10,9 +10,9 @@
 //! has to fade; I is of four cells there, `(-1, 9, 9, -1)/16`. The pressure at the start is that of
 //! the first moment.
 
-use super::momentum::Mixture;
+use super::momentum::MixtureProperties;
 use super::prediction::{Prediction, Walls, Within};
-use super::{Kind, Method};
+use super::{Method, MethodKind};
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
@@ -27,14 +27,14 @@ use crate::scheme::Scheme;
 use crate::state::State;
 use nalgebra::Vector3;
 
-/// How long the step is that finds the first pressure: this part of the time in which flow or
-/// viscosity crosses a cell.
+/// Step that finds the first pressure, as a part of the time in which flow or viscosity crosses a
+/// cell.
 const START: f64 = 0.1;
 
 /// A flow that fills all cells.
 pub struct Flow<const D: usize> {
-    /// What flows.
-    pub mixture: Mixture,
+    /// The fluid or mixture that flows.
+    pub mixture: MixtureProperties,
     /// `1/rho` on faces (m3/kg).
     pub beta: FaceCoefficient<D>,
     /// (7).
@@ -44,11 +44,11 @@ pub struct Flow<const D: usize> {
     /// Acceleration by pressure and drive on faces (m/s2), of the pressure at the start of the step
     /// and, after (16), at its end.
     pub acceleration: VectorField<D>,
-    /// The most that faces have at once of the last pressure's acceleration, in place of the mean
-    /// of the cells', which is of four; `None`: all of it, and means of two cells, as (8) is
-    /// printed.
+    /// The largest part of the last pressure's acceleration that faces have at once, in place of
+    /// the mean of the cells', which is of four; `None`: all of it, and means of two cells, as (8)
+    /// is printed.
     pub own: Option<f64>,
-    /// What bodies fill of the cells, ghosts filled; `None` where the drive acts on these as well,
+    /// Solid fraction of the cells, ghosts filled; `None` where the drive acts on bodies as well,
     /// or there is none.
     pub solid: Option<Vec<f64>>,
 }
@@ -78,8 +78,8 @@ impl<const D: usize> Walls<D> for NoBodies {
 
 /// The step where there are no bodies.
 impl<const D: usize> Method<D> for Flow<D> {
-    fn kind(&self) -> Kind {
-        Kind::Flow
+    fn kind(&self) -> MethodKind {
+        MethodKind::Flow
     }
 
     fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
@@ -125,7 +125,7 @@ impl<const D: usize> Method<D> for Flow<D> {
         }
     }
 
-    fn mixture(&self) -> &Mixture {
+    fn mixture(&self) -> &MixtureProperties {
         &self.mixture
     }
 
@@ -142,7 +142,7 @@ impl<const D: usize> Flow<D> {
     /// A flow on the grid of a domain. [`Method::start`] or [`Method::resume`] comes next.
     pub fn new(
         domain: &Domain<D>,
-        mixture: Mixture,
+        mixture: MixtureProperties,
         prediction: Prediction<D>,
         cell_gradient: bool,
     ) -> Flow<D> {
@@ -182,7 +182,7 @@ impl<const D: usize> Flow<D> {
         dt: f64,
     ) -> Result<()> {
         let _logged = domain.session.log(LogStage::Prediction)?;
-        // What the cells keep meanwhile of the last pressure.
+        // Time (s) over which the cells keep the last pressure's acceleration meanwhile.
         let kept = (1.0 - self.own_part(domain, dt)) * dt;
         if kept > 0.0 {
             faces::add_to_cells(&domain.grid, kept, &self.acceleration, &mut s.u);
@@ -208,7 +208,7 @@ impl<const D: usize> Flow<D> {
         Ok(())
     }
 
-    /// How much of the last pressure's acceleration faces have at once in a step of `dt` (s), in
+    /// Part of the last pressure's acceleration that faces have at once in a step of `dt` (s), in
     /// place of the mean of the cells'.
     fn own_part(&self, domain: &Domain<D>, dt: f64) -> f64 {
         let Some(most) = self.own else { return 1.0 };

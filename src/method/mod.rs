@@ -1,11 +1,11 @@
-//! The methods: each is a type that owns its step, by the trait [`Method`]. [`mics2003`] is the
+//! The methods: each is a type that owns its step, by the trait [`Method`]. [`mixture`] is the
 //! paper's, [`sharp`] has body surfaces of second order, and where there are no bodies a [`flow`]
 //! is all.
 
 pub(crate) mod collision;
 pub mod energy;
 pub mod flow;
-pub mod mics2003;
+pub mod mixture;
 pub mod momentum;
 pub mod prediction;
 pub mod sharp;
@@ -19,26 +19,26 @@ use crate::kernels::faces::FaceCoefficient;
 use crate::poisson::pressure::Projected;
 use crate::scheme::Scheme;
 use crate::state::State;
-use momentum::Mixture;
+use momentum::MixtureProperties;
 use nalgebra::Vector3;
 use std::any::Any;
 
 /// Kind of a method, for those who describe it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum MethodKind {
     /// A flow without bodies.
     Flow,
-    /// The paper's mixing (27).
-    Mixing,
+    /// The mixture method of the paper.
+    Mixture,
     /// Sharp body surfaces.
     Sharp,
 }
 
-/// How a step is made: a method owns its step and its scratch, and leaves in the [`State`] what
-/// lasts. Another method is a type with this trait, built in `scene::build`.
+/// A method, by which a step is made: it owns its step and its scratch, and leaves in the [`State`]
+/// what lasts. Another method is a type with this trait, built in `scene::build`.
 pub trait Method<const D: usize>: Any {
     /// Its kind.
-    fn kind(&self) -> Kind;
+    fn kind(&self) -> MethodKind;
 
     /// Advances by `dt` (s). Collective.
     ///
@@ -64,7 +64,7 @@ pub trait Method<const D: usize>: Any {
     fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>);
 
     /// The fluid or mixture in the cells.
-    fn mixture(&self) -> &Mixture;
+    fn mixture(&self) -> &MixtureProperties;
 
     /// `1/rho` on faces (m3/kg), as far as they are open.
     fn beta(&self) -> &FaceCoefficient<D>;
@@ -80,7 +80,7 @@ pub trait Method<const D: usize>: Any {
         None
     }
 
-    /// The same, to look for contacts.
+    /// The law of contacts, where there is one, to look for contacts with.
     fn contacts_mut(&mut self) -> Option<&mut Contacts> {
         None
     }
@@ -96,7 +96,7 @@ pub trait Method<const D: usize>: Any {
         None
     }
 
-    /// Takes the momentum of what is there now for that of the last step, where a balance is kept.
+    /// Starts the balance of momentum, where one is kept, with the momentum of what is there now.
     /// Collective.
     ///
     /// # Errors
@@ -105,12 +105,17 @@ pub trait Method<const D: usize>: Any {
         Ok(())
     }
 
-    /// Gives the fluid in and about the bodies of these numbers, which have not been where they
-    /// are, the motion that the method has there. Collective.
+    /// Gives the fluid in and about the inserted bodies of these numbers the motion that the method
+    /// has there. Collective.
     ///
     /// # Errors
     /// When ranks cannot exchange ghosts, or a projection fails.
-    fn mix_in(&mut self, _: &mut Domain<D>, _: &mut State<D>, _ids: &[usize]) -> Result<()> {
+    fn impose_inserted(
+        &mut self,
+        _: &mut Domain<D>,
+        _: &mut State<D>,
+        _ids: &[usize],
+    ) -> Result<()> {
         Ok(())
     }
 

@@ -12,16 +12,16 @@ use crate::grid::{Coefficient, Grid, VectorField};
 use crate::kernels::advection::{self, Carrier, Fluxes};
 use crate::kernels::diffusion;
 
-/// What fills the cells.
+/// Density and viscosity of the fluid or mixture in the cells.
 #[derive(Clone, Debug)]
-pub struct Mixture {
+pub struct MixtureProperties {
     /// Density (kg/m3).
     pub density: Coefficient,
     /// Viscosity (Pa s).
     pub viscosity: Coefficient,
 }
 
-impl Mixture {
+impl MixtureProperties {
     /// Whether it is one fluid everywhere.
     fn is_uniform(&self) -> bool {
         let uniform = |property: &Coefficient| matches!(property, Coefficient::Uniform(_));
@@ -29,7 +29,7 @@ impl Mixture {
     }
 }
 
-/// How momentum is carried, with what that needs.
+/// Advection scheme of the momentum, with the fields that it needs.
 pub enum Advection<const D: usize> {
     /// Conservative, of fifth order.
     Upwind5,
@@ -37,7 +37,7 @@ pub enum Advection<const D: usize> {
     Qsi {
         /// The velocity before the sweep of an axis.
         from: VectorField<D>,
-        /// That after it.
+        /// The velocity after it.
         to: VectorField<D>,
     },
 }
@@ -51,7 +51,7 @@ pub enum Term {
     Viscous,
 }
 
-/// Hears of each term of (7) before (-1) and after (1) the rate of the cells (m/s2) has it.
+/// Observer of each term of (7), before (-1) and after (1) the rate of the cells (m/s2) has it.
 pub type Hears<'a, const D: usize> = &'a mut dyn FnMut(&Grid<D>, Term, f64, &VectorField<D>);
 
 /// A velocity whose rate is taken.
@@ -63,7 +63,7 @@ pub struct Rated<'a, const D: usize> {
     pub carrier: &'a Carrier<'a, D>,
     /// The step (s).
     pub dt: f64,
-    /// How much of the rate counts.
+    /// Weight of the rate in the sum of the stages.
     pub weight: f64,
     /// Whether it replaces what was there.
     pub fresh: bool,
@@ -81,7 +81,11 @@ pub struct Momentum<const D: usize> {
 
 impl<const D: usize> Momentum<D> {
     /// The terms by an advection.
-    pub fn new(grid: &Grid<D>, advection: Advection<D>, mixture: &Mixture) -> Momentum<D> {
+    pub fn new(
+        grid: &Grid<D>,
+        advection: Advection<D>,
+        mixture: &MixtureProperties,
+    ) -> Momentum<D> {
         let varies = matches!(mixture.viscosity, Coefficient::Field(_));
         Momentum {
             advection,
@@ -91,8 +95,8 @@ impl<const D: usize> Momentum<D> {
         }
     }
 
-    /// Whether what advection takes of the momentum of one cell another has, but for the sides of
-    /// the box.
+    /// Whether advection conserves momentum: what it takes of one cell another gets, but for the
+    /// sides of the box.
     pub fn keeps_momentum(&self) -> bool {
         matches!(self.advection, Advection::Upwind5)
     }
@@ -102,12 +106,12 @@ impl<const D: usize> Momentum<D> {
         std::mem::swap(&mut self.rate, kept);
     }
 
-    /// Adds the rate of a velocity. Without what hears, and in one fluid, advection and diffusion
+    /// Adds the rate of a velocity. Without an observer, and in one fluid, advection and diffusion
     /// are one pass. Collective.
     pub fn add(
         &mut self,
         domain: &mut Domain<D>,
-        mixture: &Mixture,
+        mixture: &MixtureProperties,
         rated: &Rated<D>,
         hears: Option<Hears<D>>,
     ) -> Result<()> {
@@ -134,7 +138,7 @@ impl<const D: usize> Momentum<D> {
     fn add_terms(
         &mut self,
         domain: &mut Domain<D>,
-        mixture: &Mixture,
+        mixture: &MixtureProperties,
         rated: &Rated<D>,
         hear: Hears<D>,
     ) -> Result<()> {
@@ -182,7 +186,7 @@ impl<const D: usize> Momentum<D> {
         Ok(())
     }
 
-    fn add_diffusion(&mut self, grid: &Grid<D>, mixture: &Mixture, rated: &Rated<D>) {
+    fn add_diffusion(&mut self, grid: &Grid<D>, mixture: &MixtureProperties, rated: &Rated<D>) {
         let Rated { u, weight, .. } = *rated;
         match &mixture.viscosity {
             Coefficient::Uniform(0.0) => {}
@@ -208,7 +212,7 @@ impl<const D: usize> Momentum<D> {
         }
     }
 
-    /// The sum of the stages (m/s2).
+    /// Weighted sum of the stages' rates (m/s2).
     pub fn rate(&self) -> &VectorField<D> {
         &self.rate
     }

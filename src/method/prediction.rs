@@ -1,5 +1,5 @@
 //! The prediction (7) in the stages of the time scheme: its own, or Legendre stages where viscosity
-//! binds the step more than the flow does ([`legendre`](crate::scheme::legendre) has the formulas).
+//! binds the step more than the flow does ([`crate::scheme::legendre`] has the formulas).
 //!
 //! ```text
 //!   u_k  = u^n + dt ( c_k rate + b_k a ),     rate = sum of w_j R(u_j) over the stages before
@@ -9,7 +9,7 @@
 //! Each stage's velocity is finished by the walls before its rate is taken: ghosts filled, and what
 //! bodies impose. Without bodies the walls do nothing but fill ghosts.
 
-use super::momentum::{Hears, Mixture, Momentum, Rated};
+use super::momentum::{Hears, MixtureProperties, Momentum, Rated};
 use crate::Result;
 use crate::clock::Stage as Lap;
 use crate::domain::Domain;
@@ -21,20 +21,20 @@ use crate::scheme::Scheme;
 use crate::scheme::legendre::{self, Legendre};
 use crate::state::State;
 
-/// Which velocity of a step the walls finish.
+/// A velocity of a step that the walls finish.
 #[derive(Clone, Copy, Debug)]
 pub enum Within<'a> {
-    /// That of a stage which has so much of the step's acceleration.
+    /// Velocity of a stage, which has this part of the step's acceleration.
     Stage(f64),
-    /// That of a Legendre stage; the last of them is the end.
+    /// Velocity of a Legendre stage; the last of them is the end.
     Legendre(&'a legendre::Stage),
-    /// That of the end of the step, after the scheme's own stages.
+    /// Velocity at the end of the step, after the scheme's own stages.
     End,
 }
 
-/// What bounds the fluid within a step.
+/// Boundaries of the fluid within a step: the sides of the box, and bodies.
 pub trait Walls<const D: usize> {
-    /// How much of the last pressure's acceleration u* has.
+    /// Part of the last pressure's acceleration that u* has.
     const PRESSURE: f64;
 
     /// Makes a velocity `u` (m/s) of a step of `dt` (s) from the state `s` what the next rate is
@@ -48,7 +48,7 @@ pub trait Walls<const D: usize> {
         u: &mut VectorField<D>,
     ) -> Result<()>;
 
-    /// What hears of the terms of (7), if anything does.
+    /// Observer of the terms of (7), if there is one.
     fn hears(&mut self) -> Option<Hears<'_, D>> {
         None
     }
@@ -65,9 +65,9 @@ pub struct Prediction<const D: usize> {
     long: Option<LegendreStages<D>>,
 }
 
-/// What Legendre stages need beside the velocity of the last one.
+/// Coefficients and fields of Legendre stages beside the velocity of the last one.
 struct LegendreStages<const D: usize> {
-    /// Of three stages, of four, and so on.
+    /// Coefficients for three stages, for four, and so on.
     sets: Vec<Legendre>,
     /// The rate at the start of the step (m/s2).
     first: VectorField<D>,
@@ -87,8 +87,8 @@ impl<const D: usize> Prediction<D> {
         Prediction { scheme, momentum, stage: grid.vector_field(), long }
     }
 
-    /// Whether what advection takes of the momentum of one cell another has, but for the sides of
-    /// the box.
+    /// Whether advection conserves momentum: what it takes of one cell another gets, but for the
+    /// sides of the box.
     pub fn keeps_momentum(&self) -> bool {
         self.momentum.keeps_momentum()
     }
@@ -98,7 +98,7 @@ impl<const D: usize> Prediction<D> {
         self.long.is_some() && self.count(domain, dt) > self.scheme.weights.len()
     }
 
-    /// How many stages a step of `dt` (s) takes.
+    /// Number of stages of a step of `dt` (s).
     fn count(&self, domain: &Domain<D>, dt: f64) -> usize {
         let nu = domain.fluid.viscosity / domain.fluid.density;
         self.scheme.stages_for(dt * diffusion::limit_rate(&domain.grid.h, nu, false))
@@ -111,7 +111,7 @@ impl<const D: usize> Prediction<D> {
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
-        mixture: &Mixture,
+        mixture: &MixtureProperties,
         acceleration: &VectorField<D>,
         dt: f64,
         walls: &mut impl Walls<D>,
@@ -127,7 +127,7 @@ impl<const D: usize> Prediction<D> {
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
-        mixture: &Mixture,
+        mixture: &MixtureProperties,
         acceleration: &VectorField<D>,
         dt: f64,
         walls: &mut W,
@@ -169,7 +169,7 @@ impl<const D: usize> Prediction<D> {
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
-        mixture: &Mixture,
+        mixture: &MixtureProperties,
         acceleration: &VectorField<D>,
         dt: f64,
         walls: &mut W,
@@ -230,7 +230,7 @@ fn carrier<const D: usize>(s: &State<D>, dt: f64) -> Carrier<'_, D> {
 fn stress<const D: usize>(
     domain: &mut Domain<D>,
     s: &State<D>,
-    mixture: &Mixture,
+    mixture: &MixtureProperties,
     carrier: &Carrier<D>,
     u: &VectorField<D>,
 ) -> Sides {

@@ -40,16 +40,16 @@ pub fn write<'a>(path: &Path, time: f64, bodies: impl Iterator<Item = Numbered<'
     replace(path, text.as_bytes())
 }
 
-/// Points with what is said of each, and cells of them.
+/// Points with the data of each, and the cells that they form.
 #[derive(Default)]
 struct Piece<'a> {
     /// The body that a point is of.
     bodies: Vec<&'a Numbered<'a>>,
-    /// Where they are (m).
+    /// Positions of the points (m).
     places: Vec<Vector3<f64>>,
-    /// How fast they move (m/s).
+    /// Velocities of the points (m/s).
     velocities: Vec<Vector3<f64>>,
-    /// What a sphere there would be as large as (m).
+    /// Radii of the spheres to be drawn at the points (m); 0 where there is none.
     radii: Vec<f64>,
     /// The cells: points, segments and triangles.
     vertices: Vec<Vec<usize>>,
@@ -58,7 +58,7 @@ struct Piece<'a> {
 }
 
 impl<'a> Piece<'a> {
-    /// A point of a body, which a sphere of its radius is drawn at or not.
+    /// Adds a point of a body; a sphere of its radius is to be drawn there if `round`.
     fn put(
         &mut self,
         one: &'a Numbered<'a>,

@@ -13,7 +13,7 @@ use crate::archive::{Archive, Checkpointed, Source, Target};
 use crate::petsc::Session;
 use crate::{Error, Result};
 use crc32fast::Hasher;
-use mics_run::file::Part;
+use mics_run::file::PartFile;
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::FileExt as _;
@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 pub const FOLDER: &str = "checkpoint";
 /// The ending of a checkpoint's name.
 pub const ENDING: &str = "ckpt";
-/// How the file begins.
+/// First bytes of the file.
 const MAGIC: [u8; 8] = *b"mics\0ckp";
 /// The format that this program writes and reads; another one wherever the archive's order changes.
 pub const FORMAT: u32 = 20;
@@ -33,7 +33,7 @@ const TAIL: u64 = 4;
 /// Checkpoints that are kept.
 const KEPT: usize = 2;
 
-/// What a checkpoint begins with.
+/// Header at the start of a checkpoint's archive.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Header {
     /// The version of the program that wrote it.
@@ -61,13 +61,13 @@ pub fn path(run: &Path, step: u64) -> PathBuf {
 pub struct Writer {
     file: BufWriter<File>,
     path: PathBuf,
-    /// Rank 0's: it writes what is wanted once.
+    /// On rank 0, which writes what all ranks share.
     lead: Option<Lead>,
 }
 
-/// What rank 0 keeps.
+/// Rank 0's part of a writer: the file to be renamed, the checksum and the place.
 struct Lead {
-    part: Part,
+    part: PartFile,
     hasher: Hasher,
     /// Where it writes next.
     at: u64,
@@ -90,7 +90,7 @@ impl Writer {
         session.agree(Writer::of(path, part, file))
     }
 
-    fn of(path: PathBuf, part: Option<Part>, file: File) -> Result<Writer> {
+    fn of(path: PathBuf, part: Option<PartFile>, file: File) -> Result<Writer> {
         let lead = part.map(|part| Lead { part, hasher: Hasher::new(), at: 0 });
         let mut writer = Writer { file: BufWriter::with_capacity(1 << 18, file), path, lead };
         let head = [&MAGIC[..], &FORMAT.to_le_bytes()].concat();
@@ -109,7 +109,7 @@ impl Writer {
         session.agree(self.close())
     }
 
-    /// What rank 0 does once all have written.
+    /// Completes the file on rank 0, once all have written.
     fn close(mut self) -> Result<()> {
         let Some(lead) = self.lead.take() else { return Ok(()) };
         let folder = self.path.parent().unwrap_or(Path::new("")).to_owned();
@@ -302,11 +302,11 @@ mod tests {
     use super::*;
     use mics_run::file::part;
 
-    /// As one rank begins it.
+    /// Begins a checkpoint as one rank does.
     fn begin(run: &Path, step: u64) -> Writer {
         let path = path(run, step);
         fs::create_dir_all(run.join(FOLDER)).unwrap();
-        let (part, file) = Part::create(&path).unwrap();
+        let (part, file) = PartFile::create(&path).unwrap();
         Writer::of(path, Some(part), file).unwrap()
     }
 

@@ -2,17 +2,17 @@
 
 use crate::petsc::Session;
 use crate::{Error, Result};
-use mics_run::file::{Part, part};
+use mics_run::file::{PartFile, part};
 use std::fs::{File, OpenOptions};
 use std::path::Path;
 
-/// Begins the file that will be at `path` for all ranks: rank 0 makes the file and has its name to
-/// give, the others open it. Collective.
+/// Begins the file that will be at `path` for all ranks: rank 0 makes the file and will give it its
+/// name, the others open it. Collective.
 ///
 /// # Errors
 /// When it cannot be made, or a rank does not see it.
-pub fn create_together(session: &Session, path: &Path) -> Result<(Option<Part>, File)> {
-    let made = if session.rank() == 0 { Part::create(path).map(Some) } else { Ok(None) };
+pub fn create_together(session: &Session, path: &Path) -> Result<(Option<PartFile>, File)> {
+    let made = if session.rank() == 0 { PartFile::create(path).map(Some) } else { Ok(None) };
     let (lead, opened) = match session.agree(made)? {
         Some((lead, file)) => (Some(lead), Ok(file)),
         None => {

@@ -111,7 +111,7 @@ impl Morison {
     /// a fit or a force.
     pub fn residual(&self) -> Option<f64> {
         let left = self.square - self.forces.dot(&self.coefficients()?);
-        // Of a force that the formula gives in full, rounding leaves a little less than nothing.
+        // Rounding may leave slightly less than 0 of a force that the formula gives in full.
         Some((left.max(0.0) / self.square).sqrt()).filter(|part| part.is_finite())
     }
 }

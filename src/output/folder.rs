@@ -5,10 +5,10 @@ mod log;
 mod permission;
 
 use super::progress::Progress;
-use super::rows::Rows;
+use super::rows::LineFile;
 use super::{bodies, probe, progress};
 use crate::archive::{Archive, Checkpointed};
-use crate::config::{Case, ForceRule};
+use crate::config::{Case, ForceRule, WallRule};
 use crate::particles::Body;
 use crate::poisson::SolveRow;
 use crate::state::{EnergyLosses, Exchange, State, SuppliedWork};
@@ -27,31 +27,35 @@ use std::time::{Duration, Instant};
 /// Time after which the logs are brought to the disk.
 const FLUSH_EVERY: Duration = Duration::from_secs(5);
 
-/// What `particles.csv` and `obstacles.csv` hold.
+/// First columns of `particles.csv` and `obstacles.csv`.
 const PARTICLE_COLUMNS: &str = "step,time,id,x,y,z,path_x,path_y,path_z,angle,vx,vy,vz,wx,wy,wz,\
     fluid_fx,fluid_fy,fluid_fz,fluid_tx,fluid_ty,fluid_tz,pressure_fx,pressure_fy,pressure_fz,\
-    viscous_fx,viscous_fy,viscous_fz,convective_fx,convective_fy,convective_fz,\
-    momentum_fx,momentum_fy,momentum_fz,contact_fx,contact_fy,contact_fz";
-/// What 3D adds at the end: the orientation of a particle, a unit quaternion.
+    viscous_fx,viscous_fy,viscous_fz";
+/// The force defect of a sharp surface; in the mixture method the convective part of (19).
+const DEFECT_COLUMNS: &str = ",defect_fx,defect_fy,defect_fz";
+const CONVECTIVE_COLUMNS: &str = ",convective_fx,convective_fy,convective_fz";
+const IMPULSE_COLUMNS: &str =
+    ",momentum_fx,momentum_fy,momentum_fz,contact_fx,contact_fy,contact_fz";
+/// Columns that 3D adds at the end: the orientation of a particle, a unit quaternion.
 const ORIENTATION_COLUMNS: &str = ",qw,qx,qy,qz";
-/// What `steps.csv` holds: the contract's columns; then, where particles are free, the substeps of
-/// contacts and the balance of momentum; then the budget of energy.
+/// Columns of `steps.csv`: the contract's; then, where particles are free, the substeps of contacts
+/// and the balance of momentum; then the budget of energy.
 const STEP_COLUMNS: &str =
     "step,time,dt,outer_iterations,krylov_iterations,divergence_max,cfl,kinetic_energy,wall";
 const BALANCE_COLUMNS: &str = ",substeps,momentum_x,momentum_y,momentum_z,\
-    border_impulse_x,border_impulse_y,border_impulse_z,momentum_error,angular_momentum_error";
-const ENERGY_COLUMNS: &str = ",fluid_energy,bodies_energy,spring_energy,gravity_work,border_work,\
+    boundary_impulse_x,boundary_impulse_y,boundary_impulse_z,momentum_error,angular_momentum_error";
+const ENERGY_COLUMNS: &str = ",fluid_energy,bodies_energy,spring_energy,gravity_work,boundary_work,\
     prescribed_work,viscous_loss,contact_loss,friction_loss,method_loss,bounded_energy";
-/// What a drive adds at the end: its force on the fluid (N/m3), and its work.
+/// Columns that a drive adds at the end: its force on the fluid (N/m3), and its work.
 const DRIVE_COLUMNS: &str = ",drive_fx,drive_fy,drive_fz,drive_work";
 
 /// Bodies that have left the box, and its columns.
 const PASSAGES: &str = "passages.csv";
 const PASSAGE_COLUMNS: &str = "step,time,id,what,mass,diameter,x,y,z,vx,vy,vz";
-/// What `solves.csv` holds.
+/// Columns of `solves.csv`.
 const SOLVE_COLUMNS: &str = "step,time,projection,outer_iteration,attempt,krylov_iteration,norm,\
     residual,relative_residual,tolerance,divergence_before,divergence_after";
-/// What particles are, which does not change: a row each.
+/// File of what does not change about particles: a row each.
 const ROSTER: &str = "bodies.csv";
 
 /// A row of `steps.csv`.
@@ -82,12 +86,12 @@ pub struct StepRow {
 pub struct Folder {
     /// The folder.
     pub path: PathBuf,
-    steps: Rows,
-    particles: Option<Rows>,
-    obstacles: Option<Rows>,
-    probes: Option<Rows>,
-    passages: Option<Rows>,
-    solves: Option<Rows>,
+    steps: LineFile,
+    particles: Option<LineFile>,
+    obstacles: Option<LineFile>,
+    probes: Option<LineFile>,
+    passages: Option<LineFile>,
+    solves: Option<LineFile>,
     snapshots: Vec<(f64, u64)>,
     /// Snapshots that are on the disk for good.
     synced: usize,
@@ -96,7 +100,7 @@ pub struct Folder {
     _lock: File,
 }
 
-/// How far a run's logs and fields had come.
+/// Lengths of a run's logs and the snapshots of its fields, at a moment.
 #[derive(Clone, Debug, Default)]
 pub struct Marks {
     /// Bytes of `steps.csv`.
@@ -168,18 +172,18 @@ impl Folder {
         replace(&path.join(RUN), b"{}\n")?;
         replace(&path.join("case.toml"), case.to_toml().as_bytes())?;
         write_roster(path, case)?;
-        log.file = Some(Rows::create(&path.join("log.txt"), "")?);
+        log.file = Some(LineFile::create(&path.join("log.txt"), "")?);
         Ok(Folder {
-            steps: Rows::create(&path.join("steps.csv"), &step_columns(s))?,
+            steps: LineFile::create(&path.join("steps.csv"), &step_columns(s))?,
             particles: (s.bodies.iter().any(|body| !body.is_obstacle()) || !s.waiting.is_empty())
-                .then(|| Rows::create(&path.join("particles.csv"), &particle_columns(D)))
+                .then(|| LineFile::create(&path.join("particles.csv"), &particle_columns(case)))
                 .transpose()?,
             obstacles: (s.bodies.iter().any(Body::is_obstacle))
-                .then(|| Rows::create(&path.join(OBSTACLES), &particle_columns(D)))
+                .then(|| LineFile::create(&path.join(OBSTACLES), &particle_columns(case)))
                 .transpose()?,
             probes: match case.probe.is_empty() {
                 true => None,
-                false => Some(Rows::create(&path.join("probes.csv"), probe::COLUMNS)?),
+                false => Some(LineFile::create(&path.join("probes.csv"), probe::COLUMNS)?),
             },
             passages: None,
             solves: None,
@@ -202,19 +206,19 @@ impl Folder {
         let steps = path.join("steps.csv");
         let particles = path.join("particles.csv");
         let said = path.join("log.txt");
-        Rows::fits(&steps, marks.steps)?;
-        marks.particles.map(|length| Rows::fits(&particles, length)).transpose()?;
+        LineFile::fits(&steps, marks.steps)?;
+        marks.particles.map(|length| LineFile::fits(&particles, length)).transpose()?;
         let obstacles = path.join(OBSTACLES);
-        marks.obstacles.map(|length| Rows::fits(&obstacles, length)).transpose()?;
+        marks.obstacles.map(|length| LineFile::fits(&obstacles, length)).transpose()?;
         let probes = path.join("probes.csv");
-        marks.probes.map(|length| Rows::fits(&probes, length)).transpose()?;
+        marks.probes.map(|length| LineFile::fits(&probes, length)).transpose()?;
         let passages = path.join(PASSAGES);
-        marks.passages.map(|length| Rows::fits(&passages, length)).transpose()?;
+        marks.passages.map(|length| LineFile::fits(&passages, length)).transpose()?;
         if marks.passages.is_none() {
             delete(&passages)?;
         }
         let solves = path.join(SOLVES);
-        marks.solves.map(|length| Rows::fits(&solves, length)).transpose()?;
+        marks.solves.map(|length| LineFile::fits(&solves, length)).transpose()?;
         if marks.solves.is_none() {
             delete(&solves)?;
         }
@@ -238,16 +242,25 @@ impl Folder {
         replace(&path.join("case.toml"), case.to_toml().as_bytes())?;
         write_roster(path, case)?;
         // Nobody needs what was said before.
-        let kept = Rows::go_on(&said, marks.log);
-        log.file = Some(kept.or_else(|_| Rows::create(&said, ""))?);
+        let kept = LineFile::go_on(&said, marks.log);
+        log.file = Some(kept.or_else(|_| LineFile::create(&said, ""))?);
         progress::cut(path, marks.progress)?;
         let folder = Folder {
-            steps: Rows::go_on(&steps, marks.steps)?,
-            particles: marks.particles.map(|length| Rows::go_on(&particles, length)).transpose()?,
-            obstacles: marks.obstacles.map(|length| Rows::go_on(&obstacles, length)).transpose()?,
-            probes: marks.probes.map(|length| Rows::go_on(&probes, length)).transpose()?,
-            passages: marks.passages.map(|length| Rows::go_on(&passages, length)).transpose()?,
-            solves: marks.solves.map(|length| Rows::go_on(&solves, length)).transpose()?,
+            steps: LineFile::go_on(&steps, marks.steps)?,
+            particles: marks
+                .particles
+                .map(|length| LineFile::go_on(&particles, length))
+                .transpose()?,
+            obstacles: marks
+                .obstacles
+                .map(|length| LineFile::go_on(&obstacles, length))
+                .transpose()?,
+            probes: marks.probes.map(|length| LineFile::go_on(&probes, length)).transpose()?,
+            passages: marks
+                .passages
+                .map(|length| LineFile::go_on(&passages, length))
+                .transpose()?,
+            solves: marks.solves.map(|length| LineFile::go_on(&solves, length)).transpose()?,
             synced: marks.snapshots.len(),
             snapshots: marks.snapshots,
             flushed: Instant::now(),
@@ -276,12 +289,12 @@ impl Folder {
         self.synced = self.snapshots.len();
         Ok(Marks {
             steps: self.steps.sync()?,
-            particles: self.particles.as_mut().map(Rows::sync).transpose()?,
-            obstacles: self.obstacles.as_mut().map(Rows::sync).transpose()?,
-            probes: self.probes.as_mut().map(Rows::sync).transpose()?,
-            passages: self.passages.as_mut().map(Rows::sync).transpose()?,
-            solves: self.solves.as_mut().map(Rows::sync).transpose()?,
-            log: log.file.as_mut().map_or(Ok(0), Rows::sync)?,
+            particles: self.particles.as_mut().map(LineFile::sync).transpose()?,
+            obstacles: self.obstacles.as_mut().map(LineFile::sync).transpose()?,
+            probes: self.probes.as_mut().map(LineFile::sync).transpose()?,
+            passages: self.passages.as_mut().map(LineFile::sync).transpose()?,
+            solves: self.solves.as_mut().map(LineFile::sync).transpose()?,
+            log: log.file.as_mut().map_or(Ok(0), LineFile::sync)?,
             progress: progress.length(),
             snapshots: self.snapshots.clone(),
         })
@@ -308,7 +321,7 @@ impl Folder {
             write(&vtp(step), |body| !body.is_obstacle())?;
         }
         if self.obstacles.is_some() {
-            // Those that rest are where they are.
+            // One file serves all snapshots where no obstacle moves.
             let moves = bodies.iter().any(|body| body.is_obstacle() && body.moves());
             let step = if moves { format!("-{step:08}") } else { String::new() };
             write(&format!("{OBSTACLE_SURFACES}{step}.vtp"), Body::is_obstacle)?;
@@ -349,7 +362,7 @@ impl Folder {
             .chain(&mut self.passages)
             .chain(&mut self.solves)
             .chain(&mut log.file);
-        files.map(Rows::flush).fold(Ok(()), Result::and)
+        files.map(LineFile::flush).fold(Ok(()), Result::and)
     }
 
     /// Writes a JSON file of the run.
@@ -404,7 +417,7 @@ impl Folder {
     /// which the first one begins.
     pub fn write_passage(&mut self, step: u64, time: f64, what: &str, body: &Body) -> Result<()> {
         if self.passages.is_none() {
-            self.passages = Some(Rows::create(&self.path.join(PASSAGES), PASSAGE_COLUMNS)?);
+            self.passages = Some(LineFile::create(&self.path.join(PASSAGES), PASSAGE_COLUMNS)?);
         }
         let Some(rows) = &mut self.passages else { return Ok(()) };
         let c = body.centre;
@@ -429,13 +442,13 @@ impl Folder {
         for r in solves {
             let rows = match &mut self.solves {
                 Some(rows) => rows,
-                none => none.insert(Rows::create(&self.path.join(SOLVES), SOLVE_COLUMNS)?),
+                none => none.insert(LineFile::create(&self.path.join(SOLVES), SOLVE_COLUMNS)?),
             };
             rows.put(format_args!(
                 "{step},{time:?},{},{},{},{},{},{:e},{:e},",
                 r.projection, r.outer, r.attempt, r.krylov, r.norm, r.residual, r.relative
             ));
-            // What there is none of is an empty cell.
+            // A missing value is an empty cell.
             if let Some(tolerance) = r.tolerance {
                 rows.put(format_args!("{tolerance:e}"));
             }
@@ -477,7 +490,7 @@ impl Folder {
             let path = b.path();
             let vectors =
                 [&b.centre, &path, &b.velocity, &b.spin, &force, &torque, &e.pressure, &e.viscous];
-            let vectors = vectors.into_iter().chain([&e.convective, &e.momentum, &e.contact]);
+            let vectors = vectors.into_iter().chain([&e.remainder, &e.momentum, &e.contact]);
             file.put(format_args!("{step},{time:?},{id}"));
             for (k, vector) in vectors.enumerate() {
                 vector.iter().for_each(|v| file.put(format_args!(",{v:?}")));
@@ -507,9 +520,14 @@ fn step_columns<const D: usize>(s: &State<D>) -> String {
     columns.concat()
 }
 
-/// The columns of `particles.csv` and `obstacles.csv` in so many dimensions.
-fn particle_columns(dimension: usize) -> String {
-    [PARTICLE_COLUMNS, if dimension == 3 { ORIENTATION_COLUMNS } else { "" }].concat()
+/// The columns of `particles.csv` and `obstacles.csv`.
+fn particle_columns(case: &Case) -> String {
+    let remainder = match case.coupling.wall {
+        WallRule::Sharp => DEFECT_COLUMNS,
+        WallRule::Mixture => CONVECTIVE_COLUMNS,
+    };
+    let orientation = if case.dimension() == 3 { ORIENTATION_COLUMNS } else { "" };
+    [PARTICLE_COLUMNS, remainder, IMPULSE_COLUMNS, orientation].concat()
 }
 
 /// Writes what each particle is: its number, name, material, shape, diameter (m; of what is not

@@ -1,5 +1,5 @@
-//! What a run leaves: logs and fields. Reads the state; the step does not know of it. The formats
-//! and their readers are in [`mics_run`], figures and reports in `mics-plot`.
+//! Output of a run: logs and fields. Reads the state; the step does not know of it. The formats and
+//! their readers are in [`mics_run`], figures and reports in `mics-plot`.
 
 mod bodies;
 pub mod checkpoint;

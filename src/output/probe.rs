@@ -1,5 +1,5 @@
-//! What is recorded at points: velocity and pressure, linear between the centres of cells; inside a
-//! body its own velocity, `v + w x r`.
+//! Records at points: velocity and pressure, linear between the centres of cells; inside a body its
+//! own velocity, `v + w x r`.
 
 use crate::Result;
 use crate::config::Probe;
@@ -16,13 +16,13 @@ const NUMBERS: usize = 4;
 /// The probes of a case.
 pub struct Probes {
     probes: Vec<(Probe, Vec<Vec<f64>>)>,
-    /// Velocity and pressure of each point of one probe; elsewhere than on the rank of the point
-    /// zero.
+    /// Velocity (m/s) and pressure (Pa) at each point of one probe; zero on ranks that do not have
+    /// the point.
     values: Vec<f64>,
 }
 
 impl Probes {
-    /// Those of a case.
+    /// The probes of a case.
     pub fn new(probes: &[Probe]) -> Probes {
         Probes {
             probes: probes.iter().map(|probe| (probe.clone(), probe.places())).collect(),

@@ -1,4 +1,4 @@
-//! How far a run is: one record, at most one a second, shown as a bar on a terminal, as a line now
+//! Progress of a run: one record, at most one a second, shown as a bar on a terminal, as a line now
 //! and then elsewhere, and kept in `progress.jsonl`.
 //!
 //! ```text
@@ -43,7 +43,7 @@ fn show(bar: &ProgressBar, record: &Record) {
 pub struct Progress {
     bar: Option<ProgressBar>,
     lines: bool,
-    /// On rank 0.
+    /// The file `progress.jsonl`, on rank 0.
     file: Option<File>,
     newest: Record,
     started: Instant,

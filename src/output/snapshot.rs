@@ -85,7 +85,7 @@ fn each<const D: usize>(
     Ok(())
 }
 
-/// Fields as those who take them want them.
+/// Fields as slices of their values.
 pub(super) fn slices(fields: &[Vec<f64>]) -> Vec<&[f64]> {
     fields.iter().map(Vec::as_slice).collect()
 }
@@ -105,8 +105,8 @@ pub fn write<const D: usize>(scene: &mut Scene<D>, path: &Path) -> Result<()> {
     file.commit()
 }
 
-/// Bytes of the values of a scene's snapshot, which takes the memory that it takes in a run.
-/// Collective.
+/// Bytes of the values of a scene's snapshot; computes it, so that its memory is in use as in a
+/// run. Collective.
 ///
 /// # Errors
 /// When ranks cannot exchange their ghosts.

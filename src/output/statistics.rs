@@ -19,6 +19,7 @@
 //! M is of the state at two moments and the forces are of all steps between them: what is missing
 //! shows what either lost.
 
+use super::rows::{renamed, repeat, with_old_names};
 use super::snapshot::slices;
 use super::vti::{Writer, head};
 use crate::archive::{Archive, Checkpointed};
@@ -56,7 +57,7 @@ pub struct Statistics<const D: usize> {
     /// The balance of momentum over the time that has been counted, and over what waits for the
     /// next sample; `None` where none is kept.
     balance: Option<[Window; 2]>,
-    /// What the obstacles are called.
+    /// Names of the obstacles.
     obstacles: Vec<String>,
 }
 
@@ -66,11 +67,11 @@ struct Window {
     /// Momentum of everything in the box before the first and after the last of them (kg m/s);
     /// `None` of no steps.
     ends: Option<(Vector3<f64>, Vector3<f64>)>,
-    /// What it was given over them.
+    /// Impulses on it over these steps (N s), by their cause.
     impulses: Impulses,
-    /// What each obstacle gave of it to the fluid (N s).
+    /// Impulse of each obstacle on the fluid over them (N s), a part of the `held` ones.
     obstacles: Vec<Vector3<f64>>,
-    /// What came and went with bodies between the steps (kg m/s).
+    /// Momentum that came with bodies, less what went, between the steps (kg m/s).
     passages: Vector3<f64>,
 }
 
@@ -88,7 +89,7 @@ impl Window {
         self.obstacles.iter_mut().zip(next.obstacles).for_each(|(sum, more)| *sum += more);
     }
 
-    /// That of a step, after which the state is this.
+    /// The window of one step, after which the state is `state`.
     fn of<const D: usize>(step: &Balance, state: &State<D>) -> Window {
         let held = state.bodies.iter().zip(&state.exchange).filter(|(body, _)| body.is_obstacle());
         Window {
@@ -106,8 +107,10 @@ impl Window {
         let change = after - before;
         let missing = change - self.impulses.total() - self.passages;
         let parts: String = obstacles.iter().map(|name| format!(",held_{name}")).collect();
-        let mut text =
-            format!("axis,duration,change,{},passages,missing{parts}\n", Impulses::NAMES.join(","));
+        let names = Impulses::NAMES.join(",");
+        let head = with_old_names(&format!("axis,duration,change,{names},passages,missing{parts}"));
+        let renamed = renamed(&head);
+        let mut text = head + "\n";
         for axis in 0..dimension {
             let _ = write!(text, "{},{counted:?}", ["x", "y", "z"][axis]);
             let terms =
@@ -115,6 +118,7 @@ impl Window {
             for term in terms.iter().chain(&self.obstacles) {
                 let _ = write!(text, ",{:?}", term[axis] / counted);
             }
+            repeat(&mut text, &renamed);
             text.push('\n');
         }
         Some(text)
@@ -137,10 +141,10 @@ fn pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl<const D: usize> Statistics<D> {
-    /// Nothing yet of a case's scene; `None` where the case asks for none.
+    /// Empty sums for a case's scene; `None` where the case asks for no statistics.
     pub fn of_case(scene: &Scene<D>, case: &Case) -> Option<Statistics<D>> {
         let plan = case.statistics.as_ref()?;
-        // Also of bodies that have yet to come in.
+        // Bodies that have yet to come in count too.
         let grid = &scene.domain.grid;
         let bodies = case.has_bodies();
         let fields = |count: usize| (0..count).map(|_| grid.field()).collect::<Vec<_>>();
@@ -299,7 +303,7 @@ impl<const D: usize> Statistics<D> {
     }
 
     /// The means by name and component in places that have so many `cells` each; `sum` adds a field
-    /// up in each place. Zero where there was nothing to be meant.
+    /// up in each place. Zero where there was nothing to average.
     fn means(
         &self,
         sum: &dyn Fn(&[f64]) -> Result<Vec<f64>>,

@@ -14,7 +14,7 @@ use crate::config::{Measure, MeasureKind};
 use crate::drive::{box_volume, mean};
 use crate::scene::Scene;
 
-/// The number that a measure takes of the state as it is; 0 of a kind that is of no such.
+/// Value of a measure of the whole box in the state as it is; 0 for a measure of another kind.
 /// Collective.
 ///
 /// # Errors
@@ -60,7 +60,7 @@ pub fn survey<const D: usize>(
     })
 }
 
-/// The mean pressure at the low face of the box along an axis, less that at the high one (Pa), each
+/// The mean pressure at the low side of the box along an axis, less that at the high one (Pa), each
 /// on the line through two layers of cells; nothing along a periodic axis. Collective.
 fn pressure_drop<const D: usize>(scene: &Scene<D>, axis: usize) -> Result<f64> {
     let grid = &scene.domain.grid;
@@ -82,7 +82,7 @@ fn pressure_drop<const D: usize>(scene: &Scene<D>, axis: usize) -> Result<f64> {
     Ok(sum[0])
 }
 
-/// What bodies fill of a region: cells count whose centres lie in it. Collective.
+/// Solid fraction of a region: cells count whose centres lie in it. Collective.
 fn solid_fraction<const D: usize>(scene: &Scene<D>, m: &Measure) -> Result<f64> {
     let grid = &scene.domain.grid;
     let within = |c: usize| match &m.region {

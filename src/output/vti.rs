@@ -4,11 +4,11 @@ use super::file::create_together;
 use crate::Result;
 use crate::grid::Grid;
 use crate::petsc::Session;
-use mics_run::file::Part;
+use mics_run::file::PartFile;
 use mics_run::vti::{Cells, Head};
 use std::path::Path;
 
-/// What the file of a grid at a time (s) says, with these arrays of 1 or 3 components.
+/// Head of the file of a grid at a time (s), with these arrays of 1 or 3 components.
 pub fn head<const D: usize>(grid: &Grid<D>, time: f64, arrays: &[(&str, usize)]) -> Head {
     let pick = |a: usize| if a < D { a } else { 0 };
     Head {
@@ -22,8 +22,8 @@ pub fn head<const D: usize>(grid: &Grid<D>, time: f64, arrays: &[(&str, usize)])
 /// A file that all ranks write; dropped before [`Writer::commit`], it leaves nothing.
 pub struct Writer<'a> {
     session: &'a Session,
-    /// Rank 0's.
-    part: Option<Part>,
+    /// The file to be renamed, on rank 0.
+    part: Option<PartFile>,
     cells: Cells,
     head: Head,
 }
@@ -59,6 +59,6 @@ impl<'a> Writer<'a> {
     /// When a rank could not write.
     pub fn commit(self) -> Result<()> {
         self.session.agree(self.cells.finish())?;
-        self.session.agree(self.part.map_or(Ok(()), Part::commit))
+        self.session.agree(self.part.map_or(Ok(()), PartFile::commit))
     }
 }

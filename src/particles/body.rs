@@ -6,8 +6,8 @@
 //!              inner steps that turn by a hundredth at most
 //!   a step under an angular acceleration: half the turn, the kick, the other half
 //! ```
-//! So the angular momentum is kept to rounding, and the energy of a body that tumbles changes by
-//! some 1e-9 a turn. A round body, and one in the plane, keep their spin as they turn.
+//! The angular momentum is kept to rounding by this, and the energy of a body that tumbles changes
+//! by some 1e-9 a turn. A round body, and one in the plane, keep their spin as they turn.
 
 use super::{Inertia, RigidVelocity};
 use crate::Result;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// Largest angle of an inner step of a body that turns (rad).
 const ANGLE: f64 = 0.01;
 
-/// What moves a body.
+/// Motion of a body: by forces, none, or prescribed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
     /// Fluid, gravity and contacts move it.
@@ -94,7 +94,7 @@ impl Freedom {
     }
 }
 
-/// A shape with what searches ask of it.
+/// A shape, with its radius and roundness at hand for searches.
 #[derive(Clone, Debug)]
 struct ShapeAtHand {
     shape: Arc<dyn Shape>,
@@ -107,7 +107,7 @@ struct ShapeAtHand {
 pub struct Body {
     /// Its number in the case, which lasts when others leave.
     pub id: usize,
-    /// What messages call an obstacle.
+    /// Name of an obstacle in messages.
     pub name: Option<Arc<str>>,
     shape: ShapeAtHand,
     /// Density (kg/m3).
@@ -116,17 +116,17 @@ pub struct Body {
     pub viscosity: f64,
     /// Centre (m); along a periodic axis it stays within the domain.
     pub centre: Vector3<f64>,
-    /// What periodic boundaries have taken from its centre so far (m): whole periods.
+    /// Whole periods that periodic boundaries have taken from its centre so far (m).
     pub crossed: Vector3<f64>,
     /// Velocity of the centre (m/s).
     pub velocity: Vector3<f64>,
     /// Angle about z (rad), in 2D that of its own axes, all turns counted.
     pub angle: f64,
-    /// What brings its own axes into those of the box.
+    /// Rotation from its own axes to those of the box.
     pub orientation: UnitQuaternion<f64>,
     /// Angular velocity (rad/s).
     pub spin: Vector3<f64>,
-    /// What moves it.
+    /// Its motion: free, fixed or prescribed.
     pub motion: Motion,
 }
 
@@ -155,7 +155,7 @@ impl Body {
         }
     }
 
-    /// What messages call it: a particle by its number.
+    /// Its name in messages: that of a particle is its number.
     pub fn called(&self) -> String {
         let number = || format!("particle {}", self.id);
         self.name.as_deref().map_or_else(number, str::to_owned)
@@ -176,24 +176,24 @@ impl Body {
         self.shape.radius
     }
 
-    /// Whether it is round: its turning is not seen.
+    /// Whether it is round: its orientation makes no difference.
     #[inline]
     pub fn is_round(&self) -> bool {
         self.shape.round
     }
 
-    /// How far it reaches from its centre along the axes of the box (m).
+    /// Its reach from its centre along the axes of the box (m).
     pub fn reach(&self) -> Vector3<f64> {
         self.shape().turned(&self.orientation()).bounds()
     }
 
-    /// What brings its own axes into those of the box; of a round body, which does not show it,
-    /// nothing.
+    /// Rotation from its own axes to those of the box; none for a round body, which does not show
+    /// it.
     pub fn orientation(&self) -> Orientation {
         if self.shape.round {
             return Orientation::identity();
         }
-        // Many small turns wear its length off.
+        // The length drifts from 1 by many small rotations.
         UnitQuaternion::new_normalize(*self.orientation).to_rotation_matrix()
     }
 
@@ -202,7 +202,7 @@ impl Body {
         self.shape().turned(&self.orientation()).distance(arm)
     }
 
-    /// Where its centre is, and how it is turned.
+    /// Its centre (m) and its orientation.
     pub fn pose(&self) -> Pose {
         Pose { place: self.centre, orientation: self.orientation() }
     }
@@ -212,8 +212,8 @@ impl Body {
         Placed { shape: self.shape(), pose: self.pose() }
     }
 
-    /// Fluid of a density (kg/m3) that goes along with it where it is round and far from everything
-    /// (kg): of its own volume in 2D, of half of it in 3D (potential flow).
+    /// Added mass of a round body far from everything (kg) in a fluid of a density (kg/m3): the
+    /// fluid of its own volume in 2D, of half of it in 3D (potential flow).
     pub fn added_mass(&self, density: f64) -> f64 {
         let part = if self.shape().dimension() == 2 { 1.0 } else { 0.5 };
         part * density * self.volume()
@@ -275,8 +275,8 @@ impl Body {
         self.turn(dt, &accelerations.angular);
     }
 
-    /// The same but for the orientation of a round body: by the vector that is returned (rad),
-    /// which is [`Body::rotate`]'s, at once or summed up; nothing of others.
+    /// As [`Body::advance`], but does not turn a round body: returns its rotation (rad) for
+    /// [`Body::rotate`], at once or summed up, and zero for other bodies.
     #[inline]
     pub fn shift(
         &mut self,
@@ -388,7 +388,7 @@ impl Body {
         if freedom.rotation != [true; 3] {
             self.rotate(&(h * self.spin));
             let gained = momentum - self.inertia().of(&self.spin);
-            self.spin += self.inertia().inverse_mass(&gained, &freedom);
+            self.spin += self.inertia().spin_change(&gained, &freedom);
             return;
         }
         let own = self.shape().inertia_of(self.mass());
@@ -414,7 +414,7 @@ impl Body {
     }
 }
 
-/// What fluid and gravity do to a body, frozen over a step.
+/// Accelerations of a body by fluid and gravity, frozen over a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accelerations {
     /// Acceleration (m/s2).

@@ -1,13 +1,12 @@
-//! How far two bodies are apart.
+//! The gap between two bodies.
 
 use super::Body;
 use mics_shapes::{Obstacle, Part, Pose, closest};
 use nalgebra::Vector3;
 
 /// The direction from a body to another one, whose centre is `apart` from its own (m), and the gap
-/// between them (m), negative where they overlap: of bodies that are not round where their parts
-/// are nearest, of obstacles that to their walls, and of others without parts that of the spheres
-/// about them.
+/// between them (m), negative where they overlap: between the nearest parts of bodies that are not
+/// round, to the surface of an obstacle, and between the enclosing spheres of bodies without parts.
 pub fn gap(body: &Body, other: &Body, apart: &Vector3<f64>) -> (Vector3<f64>, f64) {
     if let Some(wall) = other.shape().obstacle() {
         return gap_to(body, other, wall, apart);
@@ -45,7 +44,7 @@ pub fn gap(body: &Body, other: &Body, apart: &Vector3<f64>) -> (Vector3<f64>, f6
     nearest.unwrap_or(spheres)
 }
 
-/// The same between a body and an obstacle, whose centre is `apart` from its own (m).
+/// Direction to an obstacle, whose centre is `apart` from the body's (m), and the gap to it (m).
 fn gap_to(body: &Body, other: &Body, wall: &Obstacle, apart: &Vector3<f64>) -> (Vector3<f64>, f64) {
     let turn = other.orientation();
     let back = turn.inverse();

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 /// box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Inertia {
-    /// The same about every axis (kg m2).
+    /// One moment about all axes (kg m2).
     Same(f64),
     /// A tensor (kg m2).
     Tensor(Matrix3<f64>),
@@ -30,7 +30,7 @@ impl Inertia {
         }
     }
 
-    /// So many times of it.
+    /// `factor` times it.
     pub fn times(&self, factor: f64) -> Inertia {
         match self {
             Inertia::Same(i) => Inertia::Same(factor * i),
@@ -38,7 +38,7 @@ impl Inertia {
         }
     }
 
-    /// Both, the other one so many times.
+    /// The sum of it and `times` the other one.
     pub fn plus(&self, times: f64, other: &Inertia) -> Inertia {
         match (self, other) {
             (Inertia::Same(a), Inertia::Same(b)) => Inertia::Same(a + times * b),
@@ -46,9 +46,9 @@ impl Inertia {
         }
     }
 
-    /// What an angular impulse (N m s) changes of the spin (rad/s): nothing about held axes, which
-    /// take what that asks for.
-    pub fn inverse_mass(&self, impulse: &Vector3<f64>, freedom: &Freedom) -> Vector3<f64> {
+    /// Change of the spin (rad/s) by an angular impulse (N m s): none about held axes, whose
+    /// support takes the torque for that.
+    pub fn spin_change(&self, impulse: &Vector3<f64>, freedom: &Freedom) -> Vector3<f64> {
         match self {
             Inertia::Same(i) => freedom.about(impulse) / *i,
             Inertia::Tensor(_) => self.inverse(freedom) * impulse,
@@ -86,9 +86,9 @@ mod tests {
         let inertia = Inertia::Tensor(Matrix3::new(3.0, 0.5, -0.2, 0.5, 2.0, 0.3, -0.2, 0.3, 1.0));
         let impulse = Vector3::new(1.0, -2.0, 0.7);
         let all = Freedom { translation: [true; 3], rotation: [true; 3] };
-        assert!((inertia.of(&inertia.inverse_mass(&impulse, &all)) - impulse).norm() < 1e-14);
+        assert!((inertia.of(&inertia.spin_change(&impulse, &all)) - impulse).norm() < 1e-14);
         let plane = Freedom { rotation: [false, true, true], ..all };
-        let change = inertia.inverse_mass(&impulse, &plane);
+        let change = inertia.spin_change(&impulse, &plane);
         assert!(
             change.x == 0.0 && plane.about(&(inertia.of(&change) - impulse)).norm() < 1e-14,
             "{change}"

@@ -1,4 +1,4 @@
-//! What acts on a rigid body, and how it moves, about its centre.
+//! Loads, impulses and velocities of a rigid body, about its centre.
 
 use super::Body;
 use crate::Result;
@@ -42,7 +42,7 @@ impl std::ops::AddAssign for Impulse {
 /// The velocity of a rigid body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RigidVelocity {
-    /// Of the centre (m/s).
+    /// Velocity of the centre (m/s).
     pub velocity: Vector3<f64>,
     /// Angular velocity (rad/s).
     pub spin: Vector3<f64>,

@@ -1,4 +1,4 @@
-//! Which bodies could meet: cell lists filled by a counting sort.
+//! Pairs of bodies that could meet, from cell lists filled by a counting sort.
 //!
 //! ```text
 //!   edge >= 2 (largest radius + largest search_radius)
@@ -8,8 +8,8 @@
 //! A periodic axis may be one or two cells wide: a cell then is its own neighbour, or has one, and
 //! is visited once. Across a short period two bodies are neighbours on both sides, and a body is a
 //! neighbour of its own images. An image is counted in whole periods n along each axis: it is at
-//! `x_j + n L`. Those next to the nearest one are looked at, and of the two images of a body at
-//! opposite sides the one with the first component of n above zero.
+//! `x_j + n L`. Images next to the nearest one are looked at, and of the two images of a body at
+//! opposite sides the one whose first non-zero component of n is positive.
 
 use crate::particles::Body;
 use nalgebra::Vector3;
@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 pub(crate) struct Neighbours {
     size: [f64; 3],
     periods: [Option<f64>; 3],
-    /// Axes along which bodies can lie apart.
+    /// Number of axes along which bodies can lie apart.
     axes: usize,
     cells: [usize; 3],
     /// Per cell, where its bodies begin in `order`.

@@ -5,7 +5,7 @@ use petsc_sys as ffi;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::sync::Mutex;
 
-/// What PETSc's error handler heard last: the first message of the newest failure.
+/// PETSc's last message to its error handler: the first of the newest failure.
 static HEARD: Mutex<Option<String>> = Mutex::new(None);
 
 /// Keeps PETSc's message instead of printing it.
@@ -38,7 +38,7 @@ pub(super) unsafe extern "C" fn capture(
     code
 }
 
-/// Takes a message of our own for the failure that PETSc is about to be told of.
+/// Keeps a message of our own for the failure that PETSc is about to be told of.
 pub(super) fn hear(message: &str) {
     if let Ok(mut slot) = HEARD.lock() {
         *slot = Some(message.to_owned());
@@ -78,7 +78,7 @@ pub(super) struct Ended {
 /// PETSc's `KSP_DIVERGED_ITS`: more iterations than `-ksp_max_it` allows.
 const TOO_MANY: i32 = -3;
 
-/// How to see why a solve fails.
+/// Advice in messages on how to see why a solve fails.
 const LOOK: &str = "look at it with `-- -ksp_monitor_true_residual -ksp_converged_reason`";
 
 /// PETSc's `KSP_DIVERGED_NANORINF`: a number that is infinite or none.

@@ -19,7 +19,7 @@ pub struct Halo<T = f64> {
     receive: Vec<T>,
 }
 
-/// How one axis is stored: `outer` blocks of `stored` slabs of `inner` contiguous numbers.
+/// Storage of one axis: `outer` blocks of `stored` slabs of `inner` contiguous numbers.
 #[derive(Clone, Copy)]
 struct Axis {
     outer: usize,

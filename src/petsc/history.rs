@@ -6,9 +6,9 @@
 //! ```
 //! Where a method tests no norm, or a preconditioner iterates by itself, PETSc keeps nothing: the
 //! true residual before and after the solve stands in its place, an application of the operator.
-//! Most methods keep the first residual and one an iteration. Those of others (`tfqmr` two, without
-//! the first; `bcgsl` one in two) are spread evenly over the iterations; `chebyshev` lacks one, and
-//! its last stands at the end.
+//! Most methods keep the first residual and one an iteration. Residuals of others (`tfqmr` two,
+//! without the first; `bcgsl` one in two) are spread evenly over the iterations; `chebyshev` lacks
+//! one, and its last stands at the end.
 
 use super::failure::check;
 use crate::Result;
@@ -84,7 +84,7 @@ impl Default for History {
 }
 
 impl History {
-    /// Forgets what there is, and says whether the next solves are recorded.
+    /// Forgets all solves, and sets whether the next ones are recorded.
     pub(super) fn clear(&mut self, recording: bool) {
         self.recording = recording;
         self.residuals.clear();

@@ -21,8 +21,8 @@ pub(super) struct Krylov {
     tests_true_residual: bool,
     pub max_iterations: i32,
     divergence_tolerance: f64,
-    /// Whether a solve has come through: what PETSc refuses before that, an option asked for.
-    proven: bool,
+    /// Whether a solve has succeeded; before that, a refusal of PETSc's is the fault of an option.
+    has_converged_once: bool,
 }
 
 impl Krylov {
@@ -49,7 +49,7 @@ impl Krylov {
             tests_true_residual: false,
             max_iterations: 0,
             divergence_tolerance: 0.0,
-            proven: false,
+            has_converged_once: false,
         };
         // SAFETY: the handle is an output that `made` owns from then on and destroys when dropped,
         // also when a later call fails; the matrices are alive by the caller's word.
@@ -58,7 +58,7 @@ impl Krylov {
             made.set_operators(operator, from)?;
             if let Some(grid) = &grid {
                 check("KSPSetDM", ffi::KSPSetDM(made.handle, grid.dm))?;
-                // It coarsens the grid, and makes no operator.
+                // The DM coarsens the grid, and makes no operator.
                 let active = ffi::PETSC_FALSE;
                 check("KSPSetDMActive", ffi::KSPSetDMActive(made.handle, active))?;
             }
@@ -76,7 +76,7 @@ impl Krylov {
         Ok(made)
     }
 
-    /// Says what to solve for, and what to build the preconditioner from.
+    /// Sets the operator, and the matrix to build the preconditioner from.
     ///
     /// # Safety
     /// As for [`Krylov::new`].
@@ -91,7 +91,7 @@ impl Krylov {
         self.fixed_atol.unwrap_or(if self.tests_true_residual { asked } else { 0.0 })
     }
 
-    /// Says how far the next solve goes.
+    /// Sets the tolerances and the most iterations of the next solve.
     pub fn set_tolerances(&mut self, rtol: f64, atol: f64, iterations: i32) -> Result<()> {
         let d = self.divergence_tolerance;
         // SAFETY: a handle made in `new`.
@@ -100,7 +100,7 @@ impl Krylov {
         })
     }
 
-    /// Says whether the next solve goes on with a preconditioner of another matrix.
+    /// Sets whether the next solve goes on with a preconditioner of another matrix.
     pub fn keep_preconditioner(&mut self, keep: bool) -> Result<()> {
         let keep = if keep { ffi::PETSC_TRUE } else { ffi::PETSC_FALSE };
         // SAFETY: a handle made in `new`.
@@ -123,15 +123,15 @@ impl Krylov {
     /// Solves, as far as the tolerances say. Collective.
     ///
     /// # Errors
-    /// When PETSc fails: of an option that the user gave, where no solve has come through yet.
+    /// When PETSc fails; as long as no solve has succeeded, this is the fault of an option.
     pub fn solve(&mut self, vectors: &mut Vectors) -> Result<Ended> {
         let mut reason = 0;
         let mut iterations = 0;
         // SAFETY: handles that are alive; outputs are two integers.
         unsafe {
             check("KSPSolve", ffi::KSPSolve(self.handle, vectors.right_side, vectors.solution))
-                .map_err(|e| if self.proven { e } else { bad_option(e) })?;
-            self.proven = true;
+                .map_err(|e| if self.has_converged_once { e } else { bad_option(e) })?;
+            self.has_converged_once = true;
             check("KSPGetConvergedReason", ffi::KSPGetConvergedReason(self.handle, &mut reason))?;
             check(
                 "KSPGetIterationNumber",

@@ -75,7 +75,7 @@ impl Layout {
         read
     }
 
-    /// The same division of the grid, for preconditioners that coarsen it. Collective.
+    /// The grid with the layout's division, for preconditioners that coarsen it. Collective.
     pub(super) fn cell_grid(&self, session: &Session) -> Result<CellGrid> {
         let (cells, periodic): (Vec<_>, Vec<_>) = self.whole.iter().copied().unzip();
         let ranks = split(session.size(), &cells, self.ghosts)
@@ -99,7 +99,7 @@ impl Layout {
         Ok(grid)
     }
 
-    /// The same as a box of three dimensions, of one layer where there are two. Collective.
+    /// The grid as a box of three dimensions, of one layer where there are two. Collective.
     pub(super) fn box_grid(&self, session: &Session) -> Result<CellGrid> {
         let (cells, _): (Vec<_>, Vec<_>) = self.whole.iter().copied().unzip();
         let ranks = split(session.size(), &cells, self.ghosts)
@@ -114,12 +114,12 @@ impl Layout {
         Ok(grid)
     }
 
-    /// How many axes there are.
+    /// Number of axes.
     pub fn dimension(&self) -> usize {
         self.whole.len()
     }
 
-    /// How often all axes can be halved, down to two cells.
+    /// Number of times that all axes can be halved, down to two cells.
     pub(super) fn halvings(&self) -> usize {
         let of = |n: usize| (1..).take_while(|k| n.is_multiple_of(1 << k) && n >> k >= 2).count();
         self.whole.iter().map(|(cells, _)| of(*cells)).min().unwrap_or(0)
@@ -183,8 +183,8 @@ impl Layout {
     }
 }
 
-/// A DMDA over so many ranks along each axis, with so many layers of ghosts, this kind of
-/// boundary where an axis closes no period; the caller's to destroy.
+/// A DMDA over so many ranks along each axis, with so many layers of ghosts, and with `boundary`
+/// where an axis closes no period; the caller's to destroy.
 fn make_da(
     session: &Session,
     cells: &[usize],

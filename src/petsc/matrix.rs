@@ -13,7 +13,7 @@ use std::ptr;
 /// A matrix of a pattern's entries.
 pub(super) struct Matrix {
     pub handle: ffi::Mat,
-    /// Where its entries go, in hypre's structured form.
+    /// The matrix in hypre's structured form, where that is needed.
     structured: Option<Structured>,
 }
 

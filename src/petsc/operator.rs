@@ -36,10 +36,10 @@ pub trait Operator {
     /// `y += (A - P) x`. Collective.
     fn add_difference(&mut self, x: &[f64], y: &mut [f64]) -> Result<()>;
 
-    /// How often a preconditioner of its own was set up.
+    /// Setups of its own preconditioner so far.
     fn setups(&self) -> u32;
 
-    /// `z` from `r`, about `A z = r`, symmetric and positive. Collective.
+    /// Sets `z` to about the solution of `A z = r`, by a symmetric and positive map. Collective.
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) -> Result<()>;
 
     /// Whether its preconditioner's options are sound, before anything is solved.
@@ -62,20 +62,20 @@ struct State {
     owned: usize,
     /// The assembled part of the operator, where the product is taken with that; else null.
     assembled: ffi::Mat,
-    /// What went wrong in the last call; PETSc passes on a number only.
+    /// Error of the last call; PETSc passes on a number only.
     failure: Option<Error>,
 }
 
 /// PETSC_ERR_LIB, what a failed call tells PETSc.
 const FAILED: ffi::PetscErrorCode = 76;
 
-/// PETSC_ERR_SUP, for what is not there.
+/// PETSC_ERR_SUP, for operations that are not supported.
 const UNSUPPORTED: ffi::PetscErrorCode = 56;
 
 /// The name of the operator's own preconditioner among PETSc's: `-pc_type boxmg`.
 pub(super) const BOXMG: &CStr = c"boxmg";
 
-/// Under which name matrices carry the operator.
+/// Name under which matrices carry the operator.
 const CARRIED: &CStr = c"mics_operator";
 
 impl Shell {
@@ -145,7 +145,7 @@ impl Shell {
         }
     }
 
-    /// Takes products with a matrix from now on, and adds to them what the operator has beyond it.
+    /// Takes products with a matrix from now on, and adds the operator's terms beyond it.
     ///
     /// # Safety
     /// The matrix is alive as long as the shell is multiplied.
@@ -161,14 +161,14 @@ impl Shell {
         Ok(operator.try_borrow().map_err(|_| in_use())?.differs_from_matrix())
     }
 
-    /// How often the operator's own preconditioner was set up.
+    /// Setups of the operator's own preconditioner so far.
     pub fn setups(&self) -> Result<u32> {
         // SAFETY: as above.
         let operator = unsafe { &self.state.as_ref().operator };
         Ok(operator.try_borrow().map_err(|_| in_use())?.setups())
     }
 
-    /// What went wrong in a call, once.
+    /// Takes the error of a call out, if there is one.
     pub fn take_failure(&mut self) -> Option<Error> {
         // SAFETY: alive until `self` is dropped; PETSc reaches it too, but only during a solve,
         // which nobody runs while this borrow of `self` lasts.

@@ -1,8 +1,8 @@
-//! What ranks tell each other: the kinds of numbers, and how many.
+//! Communication between ranks: the kinds of numbers, and counts of messages and bytes.
 
 use petsc_sys as ffi;
 
-/// What a rank tells others: how often all ranks had to meet and how many bytes it gave there,
+/// Traffic of a rank: the number of collective operations and the bytes that it gave to them, the
 /// messages to single ranks and their bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Traffic {
@@ -22,7 +22,7 @@ impl Traffic {
         [self.collectives, self.collective_bytes, self.messages, self.message_bytes]
     }
 
-    /// Those of two, one by one.
+    /// Combines the numbers of two, one by one.
     fn with(self, other: Traffic, put: fn(f64, f64) -> f64) -> Traffic {
         Traffic {
             collectives: put(self.collectives, other.collectives),
@@ -32,7 +32,7 @@ impl Traffic {
         }
     }
 
-    /// One meeting of all ranks, to which this one brings so many bytes.
+    /// One collective operation, to which this rank gives so many bytes.
     pub(super) fn meeting(bytes: usize) -> Traffic {
         Traffic { collectives: 1.0, collective_bytes: bytes as f64, ..Traffic::default() }
     }
@@ -61,7 +61,7 @@ impl std::ops::Sub for Traffic {
 
 /// A number that fields hold and messages carry.
 pub trait Number: Copy + sealed::Sealed + 'static {
-    /// Nothing.
+    /// Zero.
     const ZERO: Self;
     #[doc(hidden)]
     fn datatype() -> ffi::MPI_Datatype;

@@ -1,7 +1,7 @@
-//! How many matrices a preconditioner serves (`-ksp_lag_preconditioner`): a number of them, or, by
-//! `auto`, as many as come until iterations have grown by a third. Where a solve with a matrix that
-//! it was not built from takes more than [`Reuse::patience`], it is built anew at once, and by
-//! `auto` for ever more matrices in a row.
+//! Reuse of a preconditioner for several matrices (`-ksp_lag_preconditioner`): for a number of
+//! them, or, by `auto`, for as many as come until iterations have grown by a third. Where a solve
+//! with a matrix that it was not built from takes more than [`Reuse::patience`], it is built anew
+//! at once, and by `auto` for ever more matrices in a row.
 
 use super::Session;
 use crate::{Error, Result};
@@ -24,12 +24,12 @@ pub(super) struct Reuse {
     /// from.
     wait: u32,
     failures: u32,
-    /// How often it was built.
+    /// Number of times that it was built.
     pub setups: u32,
 }
 
 impl Reuse {
-    /// By the user's options, else by `auto` or for one matrix.
+    /// Reads the user's options; without them reuse goes by `auto`, or is for one matrix.
     ///
     /// # Errors
     /// When the option is no number of matrices.
@@ -49,7 +49,7 @@ impl Reuse {
         Ok(Reuse { most, ..Reuse::default() })
     }
 
-    /// When it is built anew, in words.
+    /// Description of when it is built anew.
     pub fn words(&self) -> String {
         match self.most {
             None => "set up anew once iterations have grown by a third".into(),

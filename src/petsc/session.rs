@@ -1,4 +1,4 @@
-//! PETSc's life from initialisation to finalisation, its options, and what ranks tell each other
+//! PETSc's life from initialisation to finalisation, its options, and communication between ranks
 //! meanwhile: sums, largest values, gatherings.
 
 use super::failure::{capture, check};
@@ -24,7 +24,7 @@ struct Inner {
     size: usize,
     /// Whether this session initialised PETSc, and so has to finalise it.
     owner: bool,
-    /// What our own calls have told other ranks.
+    /// Traffic of our own calls so far.
     told: Cell<Traffic>,
     /// PETSc's numbers of the stages of its log.
     stages: stage::Stages,
@@ -117,7 +117,7 @@ impl Session {
         }
     }
 
-    /// What this rank has told others so far, PETSc's messages and ours.
+    /// Traffic of this rank so far, PETSc's messages and ours.
     pub fn traffic(&self) -> Traffic {
         // SAFETY: plain numbers that PETSc's calls count up on this thread, read by value.
         let theirs = unsafe {
@@ -131,7 +131,7 @@ impl Session {
         self.0.told.get() + theirs
     }
 
-    /// Counts what one of our own calls tells other ranks.
+    /// Counts the traffic of one of our own calls.
     pub(super) fn tell(&self, more: Traffic) {
         self.0.told.set(self.0.told.get() + more);
     }
@@ -250,7 +250,7 @@ impl Session {
         self.reduce(values, (&raw mut ffi::ompi_mpi_op_max).cast())
     }
 
-    /// Sums some numbers over the ranks, and finds the largest of others, in place: in one meeting.
+    /// Sums numbers over the ranks and finds the largest of others, in place, by one gathering.
     pub fn sum_and_max(&self, sums: &mut [f64], largest: &mut [f64]) -> Result<()> {
         for v in largest.iter_mut().filter(|v| v.is_nan()) {
             *v = f64::INFINITY;
@@ -436,7 +436,7 @@ impl Session {
             result.as_ref().err().filter(|_| rank == self.rank()).map_or(0, Error::exit_code);
         let mut size = [text.len() as f64, f64::from(code)];
         self.max(&mut size)?;
-        // Of zeros and one rank's bytes the sum is those bytes.
+        // The sum of one rank's bytes and zeros from the others is those bytes.
         let mut bytes = vec![0.0; size[0] as usize];
         bytes.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = f64::from(from));
         self.sum(&mut bytes)?;

@@ -29,7 +29,7 @@ pub struct LinearSolver {
     vectors: Vectors,
     /// The constants, of a singular system.
     constants: Option<Constants>,
-    /// What the preconditioner is built from, where it is none of the operator's own.
+    /// The matrix that the preconditioner is built from, where it is none of the operator's own.
     matrix: Option<Matrix>,
     operator: Shell,
     /// Whether the Krylov method's operator is another than the matrix.
@@ -43,14 +43,14 @@ pub struct LinearSolver {
     session: Session,
 }
 
-/// What a solve took.
+/// Numbers of iterations and setups of a solve.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Solved {
     /// Krylov iterations, those of a retry included.
     pub iterations: u32,
     /// Whether a first try failed and was repeated from zero with a rebuilt preconditioner.
     pub retried: bool,
-    /// How often the preconditioner was set up.
+    /// Setups of the preconditioner.
     pub setups: u32,
 }
 
@@ -127,7 +127,7 @@ impl LinearSolver {
         matrix.set_values(values)
     }
 
-    /// Refuses what knows nothing of terms of low rank: the preconditioner alone, and the matrix.
+    /// Refuses options that ignore terms of low rank: the preconditioner alone, and the matrix.
     ///
     /// # Errors
     /// When the method is `preonly`, or `-ksp_view_mat` is to write the matrix.
@@ -151,7 +151,7 @@ impl LinearSolver {
         self.vectors.take_right_side(take)
     }
 
-    /// Forgets the history of its solves, and says whether the next ones are recorded.
+    /// Forgets the history of its solves, and sets whether the next ones are recorded.
     pub fn record(&mut self, recording: bool) {
         self.history.clear(recording);
     }
@@ -161,7 +161,7 @@ impl LinearSolver {
         &self.history
     }
 
-    /// Whether the user fixed the relative tolerance by `-ksp_rtol`.
+    /// The relative tolerance that the user fixed by `-ksp_rtol`.
     pub fn fixed_rtol(&self) -> Option<f64> {
         self.krylov.fixed_rtol
     }
@@ -172,8 +172,8 @@ impl LinearSolver {
         self.krylov.absolute_tolerance(asked)
     }
 
-    /// The method and the preconditioner in use, as `bcgs + hypre`, with when a
-    /// preconditioner that serves several matrices is set up.
+    /// The method and the preconditioner in use, as `bcgs + hypre`; of a preconditioner that serves
+    /// several matrices, also when it is set up.
     pub fn describe(&self) -> Result<String> {
         let name = |n: &str| Ok::<_, Error>(self.session.option(n)?.unwrap_or_else(|| "?".into()));
         let reuses = self.matrix.is_some() && self.reuse.reuses();
@@ -186,7 +186,7 @@ impl LinearSolver {
         Ok(self.session.user_option("-ksp_type")? || self.session.user_option("-pc_type")?)
     }
 
-    /// Tells the Krylov solver what to solve for, and what to build the preconditioner from.
+    /// Gives the Krylov solver its operator, and the matrix to build the preconditioner from.
     fn set_operators(&mut self) -> Result<()> {
         let shell = self.operator.matrix;
         let from = self.matrix.as_ref().map_or(shell, |matrix| matrix.handle);
@@ -222,7 +222,7 @@ impl LinearSolver {
         if chosen { self.session.option("-ksp_type") } else { Ok(None) }
     }
 
-    /// How often the preconditioner was set up so far.
+    /// Setups of the preconditioner so far.
     fn setups(&self) -> Result<u32> {
         match self.matrix {
             None => self.operator.setups(),
@@ -230,7 +230,7 @@ impl LinearSolver {
         }
     }
 
-    /// Lets the matrix be the operator as long as that is all.
+    /// Takes the matrix itself for the operator as long as the operator has no other terms.
     fn choose_operator(&mut self) -> Result<()> {
         let differs = self.operator.differs_from_matrix()?;
         if self.multiplies() && std::mem::replace(&mut self.differs, differs) != differs {
@@ -302,8 +302,8 @@ impl LinearSolver {
         Ok((false, spent))
     }
 
-    /// Says how far the next attempt goes, and whether it goes on with a preconditioner of another
-    /// matrix.
+    /// Sets the tolerances of the next attempt, and whether it goes on with a preconditioner of
+    /// another matrix.
     fn prepare(&mut self, rtol: f64, atol: f64, keep: bool, iterations: i32) -> Result<()> {
         self.krylov.set_tolerances(rtol, atol, iterations)?;
         if self.reuse.reuses() { self.krylov.keep_preconditioner(keep) } else { Ok(()) }
@@ -329,7 +329,7 @@ impl LinearSolver {
     }
 }
 
-/// Why terms of low rank cannot be solved for by the options, where they cannot.
+/// The reason why the options do not allow terms of low rank, where they do not.
 fn refusal_of_low_rank(session: &Session) -> Result<Option<&'static str>> {
     if writes_numbers(session, "-ksp_view_mat")? {
         return Ok(Some(

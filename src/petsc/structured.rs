@@ -14,7 +14,7 @@ use crate::{Error, Result};
 use petsc_sys as ffi;
 use std::ptr;
 
-/// Such a matrix and the places of its entries.
+/// A matrix in the structured form, and the places of its entries.
 pub(super) struct Structured {
     /// The caller's to destroy.
     pub matrix: ffi::Mat,
@@ -25,7 +25,7 @@ pub(super) struct Structured {
 }
 
 impl Structured {
-    /// One with the entries of a pattern, on the grid of a layout. Collective.
+    /// The matrix with the entries of a pattern, on the grid of a layout. Collective.
     ///
     /// # Errors
     /// When the grid closes a period, which this PETSc does not hand on to hypre.
@@ -70,7 +70,7 @@ impl Structured {
         Ok(Structured { matrix, rows, columns, counts })
     }
 
-    /// The values, in the order of the pattern. Collective.
+    /// Sets the values, in the order of the pattern. Collective.
     pub fn set_values(&self, values: &[f64]) -> Result<()> {
         let mut first = 0;
         for (row, count) in self.rows.iter().zip(&self.counts) {

@@ -101,8 +101,8 @@ impl Drop for Vectors {
     }
 }
 
-/// The entries of a matrix: PETSc's numbers of row (this rank's) and column of each, and through
-/// which face of the row's cell its column lies (low and high by axis), none of the diagonal's.
+/// The entries of a matrix: PETSc's numbers of row (this rank's) and column of each, and the face
+/// of the row's cell towards its column (low and high by axis), none for the diagonal's.
 #[derive(Debug, Default)]
 pub struct Pattern {
     /// Rows, those of a cell one after another, the cells x fastest.

@@ -28,7 +28,7 @@ use crate::{Error, Result};
 use by_row::ByRow;
 use groups::Groups;
 use shared::Shared;
-use surface::{Face, Smooth, SurfaceCells};
+use surface::{Smooth, SurfaceCells, SurfaceFace};
 
 /// A face that a free body covers, in part or whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,12 +45,12 @@ pub struct ModeFace {
     pub part: f64,
 }
 
-/// The fluid's density over a body's, times the cells across it, from which on the multigrid takes
-/// bodies in, which costs it time: the more of them, the smaller they are.
+/// Density ratio, fluid over body, times the cells across the body, from which on the multigrid
+/// takes bodies in, which costs it time: the more of them, the smaller they are.
 const LIGHT: f64 = 4.5;
 
-/// The best conductor, relative to the fluid, that a coarse level knows: what light bodies amount
-/// to between others.
+/// Largest conductance of bodies on a coarse level, relative to the fluid's: what light bodies
+/// amount to between others.
 const CONDUCTOR: f64 = 3.0;
 
 /// Cells across a body that a level has to have to resolve it.
@@ -73,7 +73,7 @@ pub(super) struct Bodies {
     across: f64,
     /// The fluid's density over the lightest body's, times the cells across it, per unit of weight.
     lightest: f64,
-    /// Cells across the widest body by what it fills: the same on all ranks.
+    /// Cells across the widest body, from the cells that it fills: the same on all ranks.
     widest: f64,
     /// Whether any is light enough to take part in the multigrid.
     active: bool,
@@ -144,7 +144,7 @@ impl Bodies {
         Ok(())
     }
 
-    /// Takes how many cells the largest body spans.
+    /// Takes the number of cells that the largest body spans.
     pub fn set_across(&mut self, cells: f64) {
         self.across = cells;
     }
@@ -171,7 +171,7 @@ impl Bodies {
         Ok(())
     }
 
-    /// What the modes add to the cells of a row, by place in it.
+    /// Terms that the modes add to the cells of a row, by place in it.
     #[inline(always)]
     pub fn terms(&self, row: usize) -> impl Iterator<Item = (usize, f64)> {
         self.rows.row(row).iter().map(
@@ -216,7 +216,7 @@ impl Bodies {
         self.active && l < self.layers.len() && !self.layers[l].smooth.is_empty()
     }
 
-    /// How many levels resolve the largest body.
+    /// Number of levels that resolve the largest body.
     pub fn resolving(&self) -> usize {
         let levels = |l: &usize| self.across >= RESOLVED * (1u64 << l) as f64;
         (0..30).take_while(levels).count()
@@ -276,7 +276,7 @@ impl Bodies {
             if resolves(groups.across(owner)) {
                 to.take_faces(own, fine, coarse, first);
             } else if owner == group {
-                // What takes the body's place turns as well.
+                // The mixture in the body's place turns too, so that rotation needs no term.
                 let conductance: [f64; 3] = std::array::from_fn(|axis| {
                     let lightness =
                         groups.weights[group][axis] * scale * groups.volumes[3 * group + axis];
@@ -286,7 +286,7 @@ impl Bodies {
             }
             to.collect(&coarse.lattice, inverse_h, first);
         }
-        // Also where all that it resolves lie on other ranks, with which it sums.
+        // Needed also where all bodies that it resolves lie on other ranks, with which it sums.
         if resolves(*widest) {
             to.smooth.resize(groups.weights.len(), Smooth::default());
         }
@@ -315,7 +315,7 @@ impl Bodies {
 
 /// Adds to the coarse level's coefficient what faces of a body conduct, which have this
 /// conductance by axis.
-fn conduct(own: &[Face], conductance: &[f64; 3], fine: &Level, coarse: &mut Level) {
+fn conduct(own: &[SurfaceFace], conductance: &[f64; 3], fine: &Level, coarse: &mut Level) {
     for face in own {
         let axis = face.axis as usize;
         if let Some((place, ratio)) = fine.coarse_face(coarse, axis, face.place as usize) {

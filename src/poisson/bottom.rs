@@ -1,4 +1,4 @@
-//! Where the levels end: a dense inverse.
+//! The coarsest level, solved by a dense inverse.
 
 use super::lattice::Lattice;
 use super::level::{Level, Single};
@@ -81,7 +81,7 @@ impl Dense {
             }
         }
         let mean = matrix.trace() / count as f64;
-        // What has no open face is its own.
+        // A cell without an open face is coupled to none: its diagonal is made the mean.
         for p in 0..count {
             if matrix[(p, p)] == 0.0 {
                 matrix[(p, p)] = if mean > 0.0 { mean } else { 1.0 };

@@ -8,7 +8,7 @@ use crate::petsc::Session;
 use crate::{Error, Result};
 use mics_run::sparse::Sparse;
 
-/// What is at the two ends of an axis.
+/// The two ends of an axis: periodic, or boundaries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Ends {
     Periodic,
@@ -154,8 +154,8 @@ impl Coefficient {
         }
     }
 
-    /// The part of the fluid as a matrix, where one rank has all cells. A face that closes a period
-    /// is one.
+    /// The fluid's part of the operator as a matrix, where one rank has all cells. The faces at the
+    /// two ends of a period are one.
     pub fn matrix(&self) -> Sparse {
         let lattice = self.lattice;
         let g = &self.g;

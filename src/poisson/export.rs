@@ -15,7 +15,7 @@ pub(super) struct Export {
 }
 
 impl Export {
-    /// Wants that of the solve of this number, counted from 1.
+    /// Waits for the system of the solve of number `wanted`, counted from 1.
     pub fn of(wanted: u64) -> Export {
         Export { wanted, seen: 0, system: None }
     }
@@ -42,7 +42,7 @@ impl Export {
         }
         let outcome = match ended {
             Ok(solved) => Ok(*solved),
-            // Of an option, and no failure to solve.
+            // The error is about an option: the solve has not failed.
             Err(Error::Usage(_)) => return Ok(()),
             Err(failed) => Err(failed.to_string()),
         };
@@ -62,11 +62,11 @@ impl Export {
     }
 }
 
-/// Iterations of the solve to rounding at most, and without gain.
+/// Most iterations of the solve to rounding, and most of them without gain.
 const ITERATIONS: usize = 1000;
 const IDLE: usize = 20;
 
-/// Residual, as a part of the right side, over which a solution is none.
+/// Residual, relative to the right side, above which a solution is rejected.
 const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// The solution x of `A x = b` as near as rounding lets it come (where constants solve it for
@@ -94,7 +94,7 @@ fn solve_to_rounding(
     for _ in 0..ITERATIONS {
         operator.precondition(&r, &mut z)?;
         settle(&mut z);
-        // By the last direction itself: in single precision the preconditioner is another
+        // The last direction itself gives beta: in single precision the preconditioner is another
         // each time.
         let beta = dot(&z, &ap) / pap;
         p.iter_mut().zip(&z).for_each(|(p, z)| *p = z - beta * *p);

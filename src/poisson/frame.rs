@@ -5,7 +5,7 @@ use super::lattice::Lattice;
 use crate::grid::Grid;
 use crate::petsc::Layout;
 
-/// How fields of a grid lie over this rank's lattice.
+/// Map from the fields of a grid to this rank's lattice.
 pub(super) struct Frame {
     pub lattice: Lattice,
     /// Strides, stored cells and layers of ghosts of a field.

@@ -8,14 +8,14 @@
 //!              pressure given on the face: x = 0 in the ghost beyond it
 //!              g[1][c]
 //! ```
-//! One layer of ghosts on every side of every axis in use, x fastest. What the boundary says is in
-//! `g` alone.
+//! One layer of ghosts on every side of every axis in use, x fastest. The boundary conditions are
+//! in `g` alone.
 
 use crate::Result;
 use crate::petsc::{Halo, Layout, Number, Session};
 use std::ops::{Add, Mul, Sub};
 
-/// What the kernels compute in: single precision for the multigrid, double for the operator.
+/// A number of the kernels: in single precision for the multigrid, in double for the operator.
 pub(super) trait Real:
     Number + Default + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
 {
@@ -25,14 +25,14 @@ impl Real for f32 {}
 
 impl Real for f64 {}
 
-/// How a box lies in memory.
+/// Layout of a box of cells in memory.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lattice {
     /// Cells along each axis (1 along z in 2D).
     pub n: [usize; 3],
     /// Axes in use: two or three.
     pub axes: usize,
-    /// From a cell to the next along each axis.
+    /// Distance in memory from a cell to the next along each axis.
     pub stride: [usize; 3],
     /// The first cell.
     pub first: usize,
@@ -64,7 +64,7 @@ impl Lattice {
         (0..self.n[2]).flat_map(move |k| (0..self.n[1]).map(move |j| self.row(j, k)))
     }
 
-    /// How far a place lies along an axis, counted from its layer of ghosts.
+    /// Index of a place along an axis, counted from its layer of ghosts.
     #[inline(always)]
     pub fn along(&self, place: usize, axis: usize) -> usize {
         // Places are numbers of 32 bits, whose quotients are found sooner.

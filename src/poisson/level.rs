@@ -17,8 +17,8 @@ use super::lattice::Lattice;
 use crate::grid::simd;
 use crate::petsc::{Halo, Session};
 
-/// What the multigrid computes in: half the memory traffic of double precision, and its error is
-/// the Krylov method's to reduce.
+/// The multigrid's precision: half the memory traffic of double precision, and its error is the
+/// Krylov method's to reduce.
 pub(super) type Single = f32;
 
 pub(super) struct Level {
@@ -75,7 +75,7 @@ impl Level {
         });
     }
 
-    /// 1/D from the faces; D is zero where a cell has no open face.
+    /// Computes 1/D from the faces; it is zero where a cell has no open face.
     pub fn invert(&mut self) {
         let Level { lattice, g, inverse, .. } = self;
         let Lattice { n, stride, axes, .. } = *lattice;
@@ -101,7 +101,7 @@ impl Level {
         );
     }
 
-    /// The faces of the next level.
+    /// Computes the coefficient on the faces of the next level.
     pub fn coarsen(&self, coarse: &mut Level) {
         let fine = &self.lattice;
         let wide = coarse.lattice;

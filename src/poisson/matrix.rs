@@ -11,7 +11,7 @@ use crate::petsc::{Layout, Pattern};
 
 /// The matrix's rows, cell by cell: the neighbours' entries, low and high along each axis, then the
 /// diagonal's.
-pub struct Rows {
+pub struct MatrixRows {
     /// For each cell, which of its faces have a cell beyond: one bit each.
     inner: Vec<u8>,
     values: Vec<f64>,
@@ -20,13 +20,12 @@ pub struct Rows {
 /// Added to the diagonal, relative to it, where no boundary fixes the pressure. Without it a
 /// multigrid's coarse operators hold nothing but rounding in the direction of the constants, and
 /// now and then blow them up until the Krylov method stagnates (seen with BoomerAMG and GAMG at
-/// density ratios of 1000). What it changes is far below D0, and C-HSMAC judges by the true
-/// divergence.
+/// density ratios of 1000). Its effect is far below D0, and C-HSMAC judges by the true divergence.
 const SHIFT: f64 = 1e-13;
 
-impl Rows {
+impl MatrixRows {
     /// The rows of this rank's cells, and the pattern of their entries.
-    pub fn new<const D: usize>(layout: &Layout, grid: &Grid<D>) -> (Rows, Pattern) {
+    pub fn new<const D: usize>(layout: &Layout, grid: &Grid<D>) -> (MatrixRows, Pattern) {
         let mut pattern = Pattern::default();
         let mut inner = Vec::new();
         let mut push = |row, column, face| {
@@ -47,10 +46,10 @@ impl Rows {
             push(layout.numbers[c], layout.numbers[c], None);
             inner.push(faces);
         }
-        (Rows { inner, values: vec![0.0; pattern.rows.len()] }, pattern)
+        (MatrixRows { inner, values: vec![0.0; pattern.rows.len()] }, pattern)
     }
 
-    /// The entries' values, in the order of [`Rows::new`].
+    /// The entries' values, in the order of [`MatrixRows::new`].
     pub fn fill(&mut self, operator: &mut Poisson) -> &[f64] {
         let Poisson { coefficient: Coefficient { lattice, g, singular, .. }, shift, .. } = operator;
         let definite = if *singular { 1.0 + SHIFT } else { 1.0 };

@@ -16,12 +16,12 @@ use super::whole::Whole;
 use crate::petsc::Session;
 use crate::{Error, Result};
 
-/// The cells of a level from the third on below which ranks merge theirs: a sweep over so many
-/// takes as long as a message.
+/// Cells per rank below which a level, from the third on, is merged: a sweep over so many takes as
+/// long as a message.
 const FEW: usize = 2048;
 
 /// A rank that gives its cells to another, or that other one itself: its first cell and its cells
-/// along each axis in what both make.
+/// along each axis within the merged box.
 struct Member {
     rank: usize,
     first: [usize; 3],
@@ -33,7 +33,7 @@ pub(super) struct Merge {
     session: Session,
     /// The rank that goes on.
     root: usize,
-    /// On it, all of them; else only this one.
+    /// All ranks of the merge on `root`; elsewhere this one alone.
     members: Vec<Member>,
     buffer: Vec<Single>,
 }
@@ -44,7 +44,7 @@ pub(super) fn is_due(whole: &Whole) -> bool {
 }
 
 impl Merge {
-    /// The ranks that merge the level `whole`, and what is made of it, where this one goes on.
+    /// The ranks that merge the level `whole`, and the merged grid on the rank that goes on.
     pub fn new(session: &Session, whole: &Whole) -> (Merge, Option<Whole>) {
         // The narrowest boxes are merged first, until there are enough cells for each rank.
         let mut by = [1; 3];

@@ -29,7 +29,7 @@ mod system;
 mod whole;
 
 pub use bodies::ModeFace;
-pub use matrix::Rows;
+pub use matrix::MatrixRows;
 pub use solves::SolveRow;
 pub use system::{Factor, Origin, OwnSolve, System};
 
@@ -54,8 +54,8 @@ pub struct Poisson {
     coefficient: Coefficient,
     bodies: Bodies,
     held: HeldMean,
-    /// What the assembled matrix has on its diagonal beyond the operator, cell by cell; empty where
-    /// there is no such matrix, or nothing beyond.
+    /// Excess of the assembled matrix's diagonal over the operator's, cell by cell; empty where
+    /// there is no such matrix, or no excess.
     shift: Vec<f64>,
     preconditioner: Preconditioner,
     /// Scratch of a product: x with ghosts, and their exchange.
@@ -129,9 +129,9 @@ impl Poisson {
         self.bodies.set(&self.frame, weights, covered, turning, sharing, scale)
     }
 
-    /// Adds `weight j j^T` to the operator, in place of what the last call added: what the drive
-    /// that holds a mean velocity responds to the pressure. `faces` are those of this rank's cells,
-    /// along `axis` with the spacing `h` (m), with the parts g that j is made of (m3/kg).
+    /// Adds `weight j j^T` to the operator, in place of what the last call added: the response to
+    /// the pressure of the drive that holds a mean velocity. `faces` are those of this rank's
+    /// cells, along `axis` with the spacing `h` (m), with the parts g that j is made of (m3/kg).
     pub fn set_held(
         &mut self,
         axis: usize,

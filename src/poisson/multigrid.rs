@@ -24,7 +24,7 @@ use crate::petsc::Session;
 use crate::{Error, Result};
 use std::f64::consts::PI;
 
-/// What `-pc_boxmg_*` sets.
+/// Settings of the multigrid, the options `-pc_boxmg_*`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tuning {
     /// Sweeps before and after the coarser level: the degree of the polynomial.
@@ -44,7 +44,7 @@ const MOST_EXACT: usize = 256;
 const SMOOTH_FROM: f64 = 0.4;
 
 impl Tuning {
-    /// As the options say.
+    /// Reads the settings from PETSc's options.
     pub fn read(session: &Session) -> Result<Tuning> {
         let number = |name: &str, default: usize, least: usize, most: usize| {
             let Some(text) = session.used_option(name)? else { return Ok(default) };
@@ -75,7 +75,7 @@ impl Tuning {
     }
 }
 
-/// Where the levels end.
+/// Treatment of this rank's last level.
 enum Bottom {
     Exact(Dense),
     /// Fewer ranks go on.
@@ -87,9 +87,9 @@ enum Bottom {
 /// A level that fewer ranks go on with.
 struct Merged {
     merge: Merge,
-    /// The levels from this one on, where this rank does.
+    /// The levels from this one on, where this rank goes on.
     inner: Option<Multigrid>,
-    /// There are none on coarse levels.
+    /// Bodies of these levels: none.
     bodies: Bodies,
 }
 
@@ -101,7 +101,7 @@ impl Merged {
         merge.agree(built.unwrap_or(Ok(())))
     }
 
-    /// So many cycles for the b of the `level`, from x = 0.
+    /// Does `times` cycles for the b of `level`, from x = 0.
     fn cycle(&mut self, level: &mut Level, times: usize) -> Result<()> {
         let Merged { merge, inner, bodies } = self;
         merge.bring_b(level, inner.as_mut().map(|inner| &mut inner.levels[0]))?;
@@ -115,7 +115,7 @@ impl Merged {
 pub(super) struct Multigrid {
     pub levels: Vec<Level>,
     bottom: Bottom,
-    /// What is done before the coarser level, from zero and from a given x, and after it.
+    /// Passes before the coarser level, from zero and from a given x, and after it.
     from_zero: Vec<Pass>,
     down: Vec<Pass>,
     up: Vec<Pass>,
@@ -124,7 +124,7 @@ pub(super) struct Multigrid {
 
 impl Multigrid {
     /// The levels below the grid `whole`; `singular` says that no boundary fixes the pressure. The
-    /// first two levels, and so many, stay on all ranks.
+    /// first `resolving` levels, two at least, stay on all ranks.
     pub fn new(
         session: &Session,
         whole: Whole,
@@ -135,7 +135,7 @@ impl Multigrid {
         Multigrid::new_from(session, whole, singular, tuning, resolving.max(2))
     }
 
-    /// As [`Multigrid::new`]; none but so many levels stay on all of its ranks.
+    /// As [`Multigrid::new`]; only the first `unmerged` levels stay on all of its ranks.
     pub fn new_from(
         session: &Session,
         whole: Whole,
@@ -261,7 +261,7 @@ impl Multigrid {
     }
 }
 
-/// Does the passes on the first of the levels, among bodies where there are such on it.
+/// Does the passes on the first of the levels, with the corrections of its bodies if it has any.
 fn smooth(
     levels: &mut [Level],
     bodies: Option<(usize, &mut Bodies)>,

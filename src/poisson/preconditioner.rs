@@ -18,7 +18,7 @@ pub(super) struct Preconditioner {
     made: Option<Multigrid>,
     /// Whether it has the present coefficient and bodies.
     valid: bool,
-    /// How often it was set up.
+    /// Setups so far.
     pub setups: u32,
 }
 
@@ -71,7 +71,7 @@ impl Preconditioner {
         Ok(made)
     }
 
-    /// `z` from `r`. Collective.
+    /// Sets `z` to the result of one cycle for `r`. Collective.
     pub fn apply(
         &mut self,
         coefficient: &Coefficient,

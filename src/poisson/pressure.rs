@@ -17,7 +17,7 @@
 
 use super::export::Export;
 use super::solves::Solves;
-use super::{ModeFace, Poisson, Rows, SolveRow, System};
+use super::{MatrixRows, ModeFace, Poisson, SolveRow, System};
 use crate::error::NotFinite;
 use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
 use crate::kernels::faces::{self, FaceCoefficient};
@@ -31,13 +31,23 @@ use std::rc::Rc;
 /// twice as much change nothing.
 const IDLE: f64 = 1e-3;
 
+/// Accuracy of a projection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Accuracy {
+    /// Iterates until the |D| of every cell is below D0.
+    Full,
+    /// One solve to this part of the digits that D0 asks for, where velocities change and a further
+    /// projection follows.
+    Digits(f64),
+}
+
 /// The pressure operator and its iteration.
 pub struct Projection {
     solver: LinearSolver,
     /// Shared with the solver, which uses it during a solve only.
     operator: Rc<RefCell<Poisson>>,
     /// The operator as a matrix, where the solver needs one.
-    rows: Option<Rows>,
+    rows: Option<MatrixRows>,
     session: Session,
     divergence: Vec<f64>,
     phi: Vec<f64>,
@@ -47,7 +57,7 @@ pub struct Projection {
     export: Option<Export>,
 }
 
-/// When C-HSMAC ends.
+/// Stopping rule of C-HSMAC.
 #[derive(Clone, Copy, Debug)]
 pub struct StoppingRule {
     /// D0 (1/s): every cell's |D| has to be below it.
@@ -87,7 +97,7 @@ impl<const D: usize> Coupled<D> for VectorField<D> {
     }
 }
 
-/// What an iteration took and left.
+/// Outcome of a pressure iteration: its numbers of iterations, and the divergence that is left.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Projected {
     /// C-HSMAC iterations.
@@ -98,7 +108,7 @@ pub struct Projected {
     pub divergence_max: f64,
     /// Solves that had to be repeated.
     pub retries: u32,
-    /// How often the preconditioner was set up.
+    /// Setups of the preconditioner.
     pub setups: u32,
 }
 
@@ -131,7 +141,7 @@ impl Projection {
         let singular = !boundaries.fixes_pressure();
         let mut rows = None;
         let pattern = || {
-            let (made, pattern) = Rows::new(layout, grid);
+            let (made, pattern) = MatrixRows::new(layout, grid);
             rows = Some(made);
             pattern
         };
@@ -193,7 +203,7 @@ impl Projection {
         Ok(())
     }
 
-    /// Lets the operator know what a drive that holds a mean velocity responds to the pressure
+    /// Gives the operator the response to the pressure of a drive that holds a mean velocity
     /// ([`Poisson::set_held`]).
     ///
     /// # Errors
@@ -210,10 +220,10 @@ impl Projection {
         Ok(())
     }
 
-    /// Makes the face velocities divergence-free to D0 and adds what that took to the pressure (its
-    /// ghosts are filled at the end); what is `coupled` follows every change of it. With `roughly`,
-    /// one solve to this part of the digits, for whoever then changes velocities and projects
-    /// again. Collective.
+    /// Makes the face velocities divergence-free to D0 and adds the increments to the pressure (its
+    /// ghosts are filled at the end); what is `coupled` follows every change of it. With
+    /// [`Accuracy::Digits`] there is one solve alone, for a caller that then changes velocities and
+    /// projects again. Collective.
     ///
     /// # Errors
     /// When D0 is not reached, a solve fails for good, or a velocity is not finite.
@@ -226,7 +236,7 @@ impl Projection {
         dt: f64,
         p: &mut [f64],
         coupled: &mut dyn Coupled<D>,
-        roughly: Option<f64>,
+        accuracy: Accuracy,
     ) -> Result<Projected> {
         let _logged = self.session.log(LogStage::Pressure)?;
         let mut done = Projected::default();
@@ -256,7 +266,7 @@ impl Projection {
             }
             let attempts = self.solver.history().attempts().len();
             self.solves.begin(done.outer == 0, done.divergence_max, attempts);
-            let (rtol, atol) = self.tolerances(&done, dt, roughly);
+            let (rtol, atol) = self.tolerances(&done, dt, accuracy);
             let solved = self.solve(grid, dt, rtol, atol)?;
             self.correct(grid, boundaries, beta, dt, p, coupled.faces())?;
             coupled.follow(grid, dt, &self.phi)?;
@@ -264,7 +274,7 @@ impl Projection {
             done.krylov += solved.iterations;
             done.retries += u32::from(solved.retried);
             done.setups += solved.setups;
-            if roughly.is_some() {
+            if accuracy != Accuracy::Full {
                 break;
             }
         }
@@ -273,11 +283,13 @@ impl Projection {
     }
 
     /// The relative and the absolute tolerance (1/s2) of the solve that comes next.
-    fn tolerances(&self, done: &Projected, dt: f64, roughly: Option<f64>) -> (f64, f64) {
+    fn tolerances(&self, done: &Projected, dt: f64, accuracy: Accuracy) -> (f64, f64) {
         let tighter = self.rule.tightening.powi(done.outer as i32);
-        let needed = (0.5 * self.rule.limit / done.divergence_max)
-            .clamp(1e-13, 0.1)
-            .powf(roughly.unwrap_or(1.0));
+        let digits = match accuracy {
+            Accuracy::Full => 1.0,
+            Accuracy::Digits(part) => part,
+        };
+        let needed = (0.5 * self.rule.limit / done.divergence_max).clamp(1e-13, 0.1).powf(digits);
         let rtol = (tighter * self.solver.fixed_rtol().unwrap_or(needed)).max(1e-14);
         // A residual whose 2-norm is below this cannot hold a cell above D0/2; it ends no solve
         // before it has begun, and none whose tolerance the user has fixed.
@@ -360,7 +372,7 @@ impl Projection {
         Ok(())
     }
 
-    /// Forgets the solves that it has recorded, and says whether the next ones are.
+    /// Forgets the recorded solves, and sets whether the next ones are recorded.
     pub fn record(&mut self, recording: bool) {
         self.solves.clear(recording);
         self.solver.record(recording);
@@ -376,8 +388,8 @@ impl Projection {
         self.export = Some(Export::of(solve));
     }
 
-    /// How many solves there were since [`Projection::keep_system_of`], and the system of the
-    /// wanted one, where it was among them. Nothing is kept from then on.
+    /// Number of solves since [`Projection::keep_system_of`], and the system of the wanted one,
+    /// where it was among them. Nothing is kept from then on.
     pub fn take_system(&mut self) -> (u64, Option<System>) {
         self.export.take().map_or((0, None), |export| (export.seen, export.system))
     }

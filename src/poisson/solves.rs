@@ -1,5 +1,5 @@
-//! The solves of a step, for who wants to see them: |D| before and after each C-HSMAC iteration,
-//! and the residuals of its solve.
+//! Record of a step's solves: |D| before and after each C-HSMAC iteration, and the residuals of its
+//! solve.
 
 use crate::petsc::History;
 
@@ -13,7 +13,7 @@ pub(super) struct Solves {
 /// A C-HSMAC iteration.
 #[derive(Clone, Copy, Debug)]
 struct Iteration {
-    /// Which projection of the step it is of, from 1.
+    /// Number of its projection in the step, from 1.
     projection: u32,
     /// The largest |D| (1/s) before it and, where another look followed, after it.
     before: f64,
@@ -43,13 +43,13 @@ pub struct SolveRow {
     pub tolerance: Option<f64>,
     /// The largest |D| (1/s) before the solve.
     pub before: f64,
-    /// The same after it; `None` after a rough one, whose velocities change before they are
-    /// looked at, and after one that failed.
+    /// The largest |D| (1/s) after the solve; `None` after a rough one, whose velocities change
+    /// before |D| is found again, and after one that failed.
     pub after: Option<f64>,
 }
 
 impl Solves {
-    /// Forgets what there is, and says whether the next ones are recorded.
+    /// Forgets all solves, and sets whether the next ones are recorded.
     pub fn clear(&mut self, recording: bool) {
         self.recording = recording;
         self.iterations.clear();
@@ -74,7 +74,7 @@ impl Solves {
         }
     }
 
-    /// The rows of all of them.
+    /// The rows of all solves.
     pub fn rows<'a>(&'a self, history: &'a History) -> impl Iterator<Item = SolveRow> + 'a {
         let all = history.attempts();
         let ends = self.iterations.iter().skip(1).map(|next| next.attempt).chain([all.len()]);

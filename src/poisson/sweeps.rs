@@ -4,9 +4,9 @@
 //!   layer of cells   t  t-1  t-2  t-3         pass 1 works on layer t, pass 2 on t-1, ...: what
 //!   pass             1   2    3    4          one leaves is still near when the next one takes it
 //! ```
-//! A layer is a row in 2D, a plane in 3D. Two fields suffice: a pass overwrites what the one before
-//! the last has left, of which the last needs no more. The sums are those of one pass after the
-//! other.
+//! A layer is a row in 2D, a plane in 3D. Two fields suffice: a pass overwrites the result of the
+//! one before the last, which the last pass no longer needs. The sums are those of one pass after
+//! the other.
 
 use super::lattice::{Lattice, exchange};
 use super::level::{Level, Single, add_up};

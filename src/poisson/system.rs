@@ -4,9 +4,9 @@
 //!   A x = b,     A = A_fluid + sum_k w_k j_k j_k^T
 //! ```
 //! A_fluid has a row for each cell, x fastest: the sum of its faces' `beta/h^2` on the diagonal
-//! and `-beta/h^2` beside it, without the shift that preconditioners are given ([`super::Rows`]);
-//! the factors are the modes of free bodies, and the mean velocity that a drive holds, whose
-//! weight is negative.
+//! and `-beta/h^2` beside it, without the shift of preconditioners ([`super::MatrixRows`]); the
+//! factors are the modes of free bodies, and the mean velocity that a drive holds, whose weight is
+//! negative.
 
 use crate::Result;
 use crate::petsc::Solved;
@@ -17,7 +17,7 @@ use mics_run::sparse::Sparse;
 pub struct System {
     /// A_fluid (m/kg).
     pub fluid: Sparse,
-    /// What is added to it.
+    /// Terms that are added to it.
     pub factors: Vec<Factor>,
     /// b (1/s2); where the system is singular, without its mean.
     pub right_side: Vec<f64>,
@@ -27,11 +27,11 @@ pub struct System {
     pub residual: f64,
     /// Whether constants solve the system for b = 0.
     pub singular: bool,
-    /// How the run itself solved it.
+    /// The run's own solve of it.
     pub own: OwnSolve,
 }
 
-/// How the run solved a system: by its PETSc options, to tolerances that are part of what it
+/// The run's own solve of a system: by its PETSc options, to tolerances that are part of what it
 /// needed.
 #[derive(Clone, Debug)]
 pub struct OwnSolve {
@@ -40,14 +40,14 @@ pub struct OwnSolve {
     /// Residual (1/s2) that was small enough in any case; of a method that tests the true residual
     /// alone.
     pub atol: f64,
-    /// What it took, or why it failed.
+    /// Its iterations and setups, or why it failed.
     pub outcome: Result<Solved, String>,
 }
 
 /// A term `w j j^T` of a system's matrix.
 #[derive(Clone, Debug)]
 pub struct Factor {
-    /// What it stands for.
+    /// Its origin: a motion of a body, or a mean velocity that is held.
     pub origin: Origin,
     /// w (m/kg for a body, kg/m3 for a held mean).
     pub weight: f64,
@@ -55,7 +55,7 @@ pub struct Factor {
     pub entries: Vec<(u32, f64)>,
 }
 
-/// What a factor of a system stands for. Bodies are counted among those in the box.
+/// Origin of a factor of a system. Bodies are counted among those in the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// A free body that moves along an axis.

@@ -17,14 +17,14 @@ pub(super) struct Whole {
     pub periodic: [bool; 3],
     pub neighbours: [[Option<usize>; 2]; 3],
     pub axes: usize,
-    /// Ranks along each axis, which are numbered like cells, x fastest; and how many of them apart
-    /// those are that have boxes of this level.
+    /// Ranks along each axis, numbered like cells, x fastest; and the distance in ranks between
+    /// those that have boxes of this level.
     ranks: [usize; 3],
     apart: [usize; 3],
 }
 
 impl Whole {
-    /// How the grid is cut into ranks' boxes, cell widths in units of the narrowest. Collective.
+    /// Division of the grid into ranks' boxes, cell widths in units of the narrowest. Collective.
     pub fn of_grid<const D: usize>(
         session: &Session,
         layout: &Layout,
@@ -81,7 +81,7 @@ impl Whole {
         (start..=start + self.local()[axis]).map(distance).collect()
     }
 
-    /// How many cells make one of the next level along each axis.
+    /// Cells that make one of the next level along each axis: 1 or 2.
     pub fn factor(&self) -> [usize; 3] {
         let mean = |a: usize| self.widths[a].iter().flatten().sum::<f64>() / self.total(a) as f64;
         let divided = |a: &usize| *a < self.axes && self.total(*a) > self.widths[*a].len();
@@ -89,7 +89,7 @@ impl Whole {
         std::array::from_fn(|a| if divided(&a) && mean(a) < ANISOTROPY * narrowest { 2 } else { 1 })
     }
 
-    /// The grid with so many cells made one along each axis.
+    /// The grid with `factor` cells along each axis made one.
     pub fn coarser(&self, factor: [usize; 3]) -> Whole {
         let sums = |part: &Vec<f64>, f: usize| part.chunks(f).map(|c| c.iter().sum()).collect();
         let widths = std::array::from_fn(|a| {
@@ -114,7 +114,7 @@ impl Whole {
         x + self.ranks[0] * (y + self.ranks[1] * z)
     }
 
-    /// The same grid, so many boxes made one along each axis: the first one's rank has it.
+    /// The grid with `by` boxes along each axis made one, which the first one's rank has.
     pub fn merged(&self, by: [usize; 3]) -> Whole {
         let widths: [Vec<Vec<f64>>; 3] = std::array::from_fn(|a| {
             self.widths[a].chunks(by[a]).map(|parts| parts.concat()).collect()

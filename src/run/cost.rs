@@ -1,4 +1,4 @@
-//! What a run costs: what it counts in all its sessions, and what this session spends.
+//! Cost of a run: its counts over all its sessions, and what this session spends.
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
@@ -9,7 +9,7 @@ use crate::scene::{self, Scene};
 use crate::system::{cpu_seconds, now, peak_memory};
 use std::time::Instant;
 
-/// What a run has counted so far, in all its sessions.
+/// Counts of a run so far, over all its sessions.
 #[derive(Clone, Debug, Default)]
 pub struct Account {
     /// When it began, in words.
@@ -63,21 +63,21 @@ impl Checkpointed for Account {
 
 /// The account of a run, and where this session's part of it began.
 pub(super) struct Cost {
-    /// What was counted; its seconds are those before this session.
+    /// The counts so far; the seconds are those before this session.
     pub account: Account,
     started: Instant,
-    /// Steps done, and what this rank had told others, when the time loop began.
+    /// Steps done, and messages that this rank had sent, when the time loop began.
     steps: u64,
     traffic: Traffic,
 }
 
-/// What all ranks spent.
+/// Cost of a run, over all ranks.
 pub(super) struct Totals {
     /// Seconds that the run took, in all its sessions.
     pub wall: f64,
     /// Seconds of all cores.
     pub cpu: f64,
-    /// Those of the pressure.
+    /// CPU seconds of the pressure.
     pub pressure_cpu: f64,
     /// Steps of all sessions, one at least.
     pub steps: f64,

@@ -10,7 +10,7 @@ use crate::petsc::Session;
 use crate::scene::{self, Scene};
 use crate::state::State;
 use crate::{Error, Result};
-use mics_run::vti::Rows;
+use mics_run::vti::ArrayRows;
 use std::path::{Path, PathBuf};
 
 /// The scene of a case as a run begins with it, `from` where the run in a folder ended if there is
@@ -40,8 +40,8 @@ struct Ended<const D: usize> {
 }
 
 impl<const D: usize> Ended<D> {
-    /// That of the run in a folder. Comes before the scene that begins there, since what solves its
-    /// pressure is told by what was built last. Collective.
+    /// Reads the end of the run in a folder. Comes before the scene that begins there, since the
+    /// options of PETSc in force are those of the scene built last. Collective.
     ///
     /// # Errors
     /// When that run has not ended, or cannot be read.
@@ -97,7 +97,7 @@ impl<const D: usize> Ended<D> {
         } else {
             let newest =
                 newest_snapshot(&run).ok_or_else(|| refuse(&run, "it has no fields".into()))?;
-            let velocity = Rows::open(&newest, "velocity");
+            let velocity = ArrayRows::open(&newest, "velocity");
             let velocity = velocity.map_err(|e| refuse(&run, e.to_string()));
             let missing = || refuse(&run, "its last snapshot has no velocity".into());
             let velocity = session.agree(velocity.and_then(|rows| rows.ok_or_else(missing)))?;
@@ -108,8 +108,7 @@ impl<const D: usize> Ended<D> {
         Ok([first].into_iter().chain(bodies).collect())
     }
 
-    /// What became of that run's bodies, where not all of them come over by their numbers: in
-    /// lines.
+    /// Lines on that run's bodies, where not all of them come over by their numbers.
     fn bodies(&self) -> Vec<String> {
         let there = &self.state.bodies;
         let waiting = self.state.waiting.len();

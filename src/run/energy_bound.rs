@@ -17,10 +17,10 @@ use crate::particles::Body;
 use crate::state::{EnergyBudget, State};
 use crate::{Error, Result};
 
-/// What rounding makes of a scene at rest (J, of all that its bodies could have at 1 m/s).
+/// Energy that rounding gives a scene at rest, over the mass of its bodies (J/kg).
 const ROUNDING: f64 = 1e-12;
 
-/// The part of a fall by a spacing that a body's place cannot be known to.
+/// The part of a spacing to which the place of a body at rest is not known.
 const SETTLING: f64 = 1e-3;
 
 /// The part of all work from which on a spurious gain is worth a word.
@@ -32,7 +32,7 @@ const WORTH_SAYING: f64 = 0.01;
 /// The part of all work from which on what the method has lost is worth a word.
 const MUCH_LOST: f64 = 0.25;
 
-/// What free bodies could give in such a fall (J).
+/// Energy that free bodies could give in a fall by `SETTLING` of a spacing (J).
 pub(super) fn settling<const D: usize>(domain: &Domain<D>, bodies: &[Body]) -> f64 {
     let fluid = &domain.fluid;
     let h = domain.grid.h.iter().copied().fold(f64::INFINITY, f64::min);
@@ -64,8 +64,8 @@ pub(super) fn refuse_made<const D: usize>(s: &State<D>, allowed: f64) -> Result<
     )))
 }
 
-/// What a run that has come to its end has to say of energy that the method has made, beyond
-/// `allowed` (J): not enough to refuse it.
+/// Warning, at the end of a run, of energy that the method has made beyond `allowed` (J), not
+/// enough to refuse it.
 pub(super) fn doubt<const D: usize>(s: &State<D>, allowed: f64) -> Option<String> {
     let rounding = ROUNDING * s.bodies.iter().map(|body| body.mass()).sum::<f64>();
     let Made { energy, source: (name, cure) } = Made::of(&s.energy);
@@ -79,7 +79,7 @@ pub(super) fn doubt<const D: usize>(s: &State<D>, allowed: f64) -> Option<String
     })
 }
 
-/// What a run that has come to its end has to say of the bound on the work of contacts.
+/// Note, at the end of a run, on the bound on the work of contacts.
 pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
     let share = s.energy.bounded / s.energy.scale();
     (share > WORTH_SAYING).then(|| {
@@ -93,7 +93,7 @@ pub(super) fn bounded<const D: usize>(s: &State<D>) -> Option<String> {
     })
 }
 
-/// What a run that has come to its end has to say of energy that the method has lost.
+/// Note, at the end of a run, on energy that the method has lost.
 pub(super) fn lost<const D: usize>(case: &Case, s: &State<D>) -> Option<String> {
     let share = s.energy.losses.method / s.energy.scale();
     let cure =
@@ -112,7 +112,7 @@ pub(super) fn lost<const D: usize>(case: &Case, s: &State<D>) -> Option<String> 
 struct Made {
     /// All of it (J).
     energy: f64,
-    /// What made most, and what to do.
+    /// The largest source of it, and the cure, in words.
     source: (&'static str, &'static str),
 }
 
@@ -138,7 +138,7 @@ impl Made {
     }
 }
 
-/// What has most of the energy, in words.
+/// Words on whether bodies or the fluid have most of the energy.
 fn richest<const D: usize>(e: &EnergyBudget, s: &State<D>) -> String {
     let speed = |k: &usize| s.bodies[*k].velocity.norm();
     let fastest = (0..s.bodies.len()).max_by(|a, b| speed(a).total_cmp(&speed(b)));

@@ -25,7 +25,7 @@ pub struct Wanted {
 /// A step of a run.
 #[derive(Clone, Copy, Debug)]
 pub enum Moment {
-    /// That of this number, the first of a run being 1.
+    /// The step of this number, the first of a run being 1.
     Step(u64),
     /// The one in which the run comes to this time (s).
     Time(f64),
@@ -46,7 +46,7 @@ pub struct Exported {
     pub cells: Vec<usize>,
     #[allow(missing_docs)]
     pub spacing: Vec<f64>,
-    /// What each factor of the system stands for, in words.
+    /// Meaning of each factor of the system, in words.
     pub factors: Vec<String>,
     /// The bodies in the box.
     pub bodies: BodiesInBox,
@@ -58,12 +58,12 @@ pub struct Exported {
     pub petsc: String,
 }
 
-/// How many bodies a system has.
+/// Numbers and densities of the bodies of a system.
 #[derive(Clone, Copy, Debug)]
 pub struct BodiesInBox {
-    /// All of them.
+    /// Number of bodies.
     pub count: usize,
-    /// Those that are free.
+    /// Number of free bodies.
     pub free: usize,
     /// The least and the largest density, in parts of the fluid's; `None` where there are none.
     pub density_ratios: Option<(f64, f64)>,
@@ -217,7 +217,7 @@ impl<const D: usize> Export<'_, D> {
         ))
     }
 
-    /// What is to be said of a system of a step of `dt` (s) that has just ended, or failed.
+    /// A system with where it is from: a step of `dt` (s) that has just ended, or failed.
     fn exported(&self, system: System, dt: f64) -> Result<Exported> {
         let scene = &self.stepper.scene;
         let domain = &scene.domain;

@@ -3,8 +3,8 @@
 use crate::scene::Scene;
 use crate::state::{Readable, State};
 
-/// Steps from one state that is kept to the next; while the fluid gets faster by more than this,
-/// each is.
+/// Steps from one state that is kept to the next, and the growth of the fluid's speed since the
+/// last one above which a state is kept at once.
 const EVERY: u64 = 8;
 const FASTER: f64 = 1.05;
 
@@ -33,7 +33,7 @@ impl<const D: usize> Kept<D> {
     }
 
     /// Brings it back into the scene, for readers.
-    pub fn bring_back(&self, scene: &mut Scene<D>) {
-        scene.bring_back(&self.state);
+    pub fn restore(&self, scene: &mut Scene<D>) {
+        scene.restore(&self.state);
     }
 }

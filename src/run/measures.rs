@@ -1,4 +1,4 @@
-//! What a run measures: the series of the case's measures, its statistics, its probes.
+//! Measurements of a run: the series of the case's measures, its statistics, its probes.
 
 use crate::Result;
 use crate::config::Case;
@@ -75,7 +75,7 @@ impl<const D: usize> Measures<D> {
         self.table(|series| Some(json!(series.value()?)))
     }
 
-    /// What measures give of something, by name.
+    /// Table, by name, of a value `of` each measure; measures without one are left out.
     pub fn table(&self, of: impl Fn(&Series) -> Option<Value>) -> Map<String, Value> {
         let row = |series: &Series| Some((series.name().to_owned(), of(series)?));
         self.series.iter().filter_map(row).collect()

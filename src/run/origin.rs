@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 pub(super) struct Origin<'a> {
     /// The git commit that the program was built from.
     pub commit: &'static str,
-    /// What is to be said of the case file, in lines.
+    /// Remarks on the case file, a line each.
     pub notes: &'a [String],
-    /// What was taken over from the run that `initial.from` names, in lines.
+    /// Lines on what was taken over from the run that `initial.from` names.
     pub inherited: Vec<String>,
     /// The checkpoint that it goes on from.
     pub restart: Option<Restart>,

@@ -1,5 +1,5 @@
-//! What a run writes as it goes, and when: rows, snapshots, lines of probes, progress, the log.
-//! Rank 0 writes, and all ranks know of a failure.
+//! Records that a run writes as it goes, and when: rows, snapshots, lines of probes, progress, the
+//! log. Rank 0 writes, and all ranks know of a failure.
 
 use super::measures::Measures;
 use super::schedule::Schedule;
@@ -23,7 +23,7 @@ pub(super) struct Records<'a, const D: usize> {
     pub session: &'a Session,
     pub case: &'a Case,
     pub out: PathBuf,
-    /// On rank 0.
+    /// The run's folder, on rank 0.
     pub folder: Option<Folder>,
     pub log: Log,
     pub progress: Progress,

@@ -61,7 +61,7 @@ impl Checkpoints {
     }
 }
 
-/// What a checkpoint holds after its header.
+/// Contents of a checkpoint after its header.
 pub(super) struct Contents<'a, const D: usize> {
     pub account: &'a mut Account,
     pub written: &'a mut Written,
@@ -192,7 +192,7 @@ impl Restart {
         Ok(folder)
     }
 
-    /// What a reader of the log has to know.
+    /// Says in the log from where the run goes on, and what differs from before.
     pub fn say(&self, log: &mut Log, case: &Case, time: f64, ranks: usize) {
         self.refused.iter().for_each(|why| log.say(&format!("refused {why}")));
         log.say(&format!(

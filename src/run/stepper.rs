@@ -30,7 +30,7 @@ pub(super) struct Stepper<'a, const D: usize> {
     solved: bool,
 }
 
-/// What a step gave.
+/// Outcome of a step.
 #[derive(Default)]
 pub(super) struct StepOutcome {
     /// Its length (s).
@@ -42,7 +42,7 @@ pub(super) struct StepOutcome {
 }
 
 impl StepOutcome {
-    /// How far the run is after it, for the eye.
+    /// Progress of the run after it, for display.
     pub fn progress<const D: usize>(&self, state: &State<D>) -> Record {
         Record {
             step: state.steps,
@@ -62,10 +62,10 @@ pub(super) struct Planned {
     cfl: f64,
 }
 
-/// What passed the boundaries between two steps.
+/// Bodies that passed the boundaries between two steps.
 #[derive(Default)]
 pub(super) struct Passed {
-    /// The bodies that did, in their order.
+    /// Their passages, in order.
     pub passages: Vec<Passage>,
     /// Whether one came in, or came in again.
     pub came: bool,
@@ -142,7 +142,7 @@ impl<'a, const D: usize> Stepper<'a, D> {
     }
 
     fn let_out(&mut self, dt: f64, passed: &mut Passed) -> Result<()> {
-        // Once each: what the fluid takes along may go out at the other side of the box at once.
+        // Each returns once: the fluid may carry it out at the other side of the box at once.
         let mut returned = Vec::new();
         while let Some((k, axis)) = scene::leaving(&self.scene, dt, &returned) {
             let body = &self.scene.state.bodies[k];

@@ -79,7 +79,7 @@ impl<const D: usize> Summary<'_, D> {
         })
     }
 
-    /// What the run cost, in lines: its stages, steps, memory, iterations and messages.
+    /// Cost of the run, in lines: its stages, steps, memory, iterations and messages.
     pub fn cost_lines(&self) -> Vec<String> {
         let Totals { wall, steps, cells, memory, busiest, stages, .. } = &self.totals;
         let all: f64 = stages.iter().map(|s| s.1).sum();

@@ -39,7 +39,7 @@ pub fn go_on_from<const D: usize>(
     s.steps = 0;
     s.substeps = 0;
     let bodies = std::mem::replace(&mut s.bodies, fresh.bodies);
-    // What presses and pushes bodies from now on is not what did: they begin as from there.
+    // Under other forces, or with other weights, the bodies begin anew from where they are.
     let forces = |case: &Case| (case.fluid.gravity.clone(), case.drive.clone());
     let weigh_alike = s.bodies.iter().zip(&bodies).all(|(body, ended)| body.mass() == ended.mass());
     let mut begin = Vec::new();
@@ -75,14 +75,14 @@ pub fn go_on_from<const D: usize>(
 ///
 /// # Errors
 /// When it cannot be read, or the first projection fails.
-pub fn start_from<const D: usize>(scene: &mut Scene<D>, velocity: &vti::Rows) -> Result<()> {
+pub fn start_from<const D: usize>(scene: &mut Scene<D>, velocity: &vti::ArrayRows) -> Result<()> {
     let taken = interpolate(scene, velocity);
     scene.domain.session.agree(taken)?;
     scene.start()
 }
 
 /// The velocity of this rank's cells between the nearest cells of another grid.
-fn interpolate<const D: usize>(scene: &mut Scene<D>, velocity: &vti::Rows) -> Result<()> {
+fn interpolate<const D: usize>(scene: &mut Scene<D>, velocity: &vti::ArrayRows) -> Result<()> {
     let grid = &scene.domain.grid;
     let cells = velocity.head.cells;
     let h = velocity.head.h;

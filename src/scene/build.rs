@@ -8,8 +8,8 @@ use crate::geometry::{Disc, Shape, Sphere};
 use crate::grid::{Coefficient, Grid};
 use crate::method::Method;
 use crate::method::flow::Flow;
-use crate::method::mics2003::Mics2003;
-use crate::method::momentum::{Advection, Mixture, Momentum};
+use crate::method::mixture::MixtureMethod;
+use crate::method::momentum::{Advection, MixtureProperties, Momentum};
 use crate::method::prediction::Prediction;
 use crate::method::sharp::{Sharp, ghost_width};
 use crate::numerics::PRESSURE_WEIGHT;
@@ -20,7 +20,7 @@ use crate::{Error, Result};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
-/// What solves the pressure equation.
+/// Solver of the pressure equation.
 pub(super) fn solver(chosen: config::Solver) -> Choice {
     match chosen {
         config::Solver::BcgsBoomeramg => Choice::BcgsBoomeramg,
@@ -99,7 +99,7 @@ pub(super) fn body(p: &config::Particle) -> Body {
     body
 }
 
-/// What drives the fluid of a case.
+/// Drive of the fluid of a case.
 pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
     let gravity = Vector3::from(axes::<f64, 3>(&case.fluid.gravity));
     let periodic = |axis: usize| axis < case.dimension() && case.periodic(axis);
@@ -118,8 +118,12 @@ pub(super) fn walls_are_sharp(case: &Case, bodies: &[Body]) -> bool {
     case.coupling.wall == config::WallRule::Sharp && (case.has_bodies() || !bodies.is_empty())
 }
 
-/// What fills the cells: a property is a field where the bodies' differs and is mixed in.
-pub(super) fn mixture<const D: usize>(grid: &Grid<D>, case: &Case, bodies: &[Body]) -> Mixture {
+/// Properties of the cells: a field where those of bodies differ and are mixed in, else a number.
+pub(super) fn mixture<const D: usize>(
+    grid: &Grid<D>,
+    case: &Case,
+    bodies: &[Body],
+) -> MixtureProperties {
     let property = |of_fluid: f64, of_body: fn(&Body) -> f64| {
         if walls_are_sharp(case, bodies) || bodies.iter().all(|b| of_body(b) == of_fluid) {
             Coefficient::Uniform(of_fluid)
@@ -127,7 +131,7 @@ pub(super) fn mixture<const D: usize>(grid: &Grid<D>, case: &Case, bodies: &[Bod
             Coefficient::Field(vec![of_fluid; grid.field().len()])
         }
     };
-    Mixture {
+    MixtureProperties {
         density: property(case.fluid.density, |b| b.density),
         viscosity: property(case.fluid.viscosity, |b| b.viscosity),
     }
@@ -149,7 +153,7 @@ pub(super) fn extrapolates(case: &Case) -> bool {
     scheme(case).centred && case.time.advection == config::Advection::Upwind5
 }
 
-/// The method for these bodies, which have such impacts to expect, all its scratch new.
+/// The method for these bodies and the impacts to expect of them, all its scratch new.
 pub(super) fn method<const D: usize>(
     domain: &Domain<D>,
     case: &Case,
@@ -167,7 +171,7 @@ pub(super) fn method<const D: usize>(
     let momentum = Momentum::new(grid, advection, &mixture);
     let prediction = Prediction::new(grid, scheme(case), momentum);
     // Where all bodies have left, walls are as sharp as before.
-    let mixing = case.coupling.wall == config::WallRule::Mixing;
+    let mixing = case.coupling.wall == config::WallRule::Mixture;
     if bodies.is_empty()
         && (case.particle.is_empty() || (mixing && case.particle.iter().all(|p| p.enter.is_none())))
     {
@@ -180,8 +184,8 @@ pub(super) fn method<const D: usize>(
     let law = case.contact.as_ref().filter(|_| free).map(|law| contacts(case, law, bodies, impact));
     match case.coupling.wall {
         config::WallRule::Sharp => Box::new(Sharp::new(domain, bodies, mixture, prediction, law)),
-        config::WallRule::Mixing => {
-            Box::new(Mics2003::new(domain, bodies, mixture, prediction, law))
+        config::WallRule::Mixture => {
+            Box::new(MixtureMethod::new(domain, bodies, mixture, prediction, law))
         }
     }
 }
@@ -294,7 +298,7 @@ pub(super) fn contacts(
     let names_of = own.iter().map(|body| particle(body.id));
     let names_of = names_of.chain(case.obstacle.iter().map(config::Obstacle::material));
     let materials: Vec<usize> = names_of.take(own.len() + walls.len()).map(&mut number).collect();
-    // That of walls along which the fluid slips, and bodies too.
+    // Material of walls along which the fluid slips: bodies slide there without friction.
     let slippery = names.len();
     names.push(config::WALL);
     let laws = Laws::new(names.len(), |a, b| {

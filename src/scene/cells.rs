@@ -1,4 +1,4 @@
-//! What a grid must have for the walls that a case asks for.
+//! Number of cells that a grid must have for the walls that a case asks for.
 
 use crate::Result;
 use crate::config::{Case, Loaded, WallRule, load};

@@ -1,8 +1,8 @@
-//! What a scene needs and skips, and what solves its pressure, in words.
+//! Parts of a step that a scene needs or skips, with reasons, and the time of its stages.
 
 use super::Scene;
 use crate::grid::Coefficient;
-use crate::method::Kind;
+use crate::method::MethodKind;
 use crate::particles::Body;
 use mics_run::summary::Need;
 
@@ -12,7 +12,7 @@ fn need(what: &str, needed: bool, if_yes: &str, if_no: &str) -> Need {
     Need { what: what.to_owned(), needed, why: why.to_owned() }
 }
 
-/// What the scene needs and what it leaves out, each with its reason.
+/// Parts of a step that the scene needs or leaves out, each with its reason.
 pub fn needs<const D: usize>(scene: &Scene<D>) -> Vec<Need> {
     let moves = !scene.state.waiting.is_empty() || scene.state.bodies.iter().any(Body::moves);
     [needs_of_bodies(scene, moves), needs_of_fields(scene, moves)].concat()
@@ -24,7 +24,7 @@ fn needs_of_bodies<const D: usize>(scene: &Scene<D>, moves: bool) -> Vec<Need> {
     let free = scene.state.has_free_bodies();
     let touches = scene.method.contacts().is_some();
     let fractions = match scene.method.kind() {
-        Kind::Sharp => "fractions, sharp surfaces, force",
+        MethodKind::Sharp => "fractions, sharp surfaces, force",
         _ => "fractions, mixing, force",
     };
     let held =
@@ -53,7 +53,7 @@ fn needs_of_bodies<const D: usize>(scene: &Scene<D>, moves: bool) -> Vec<Need> {
 fn needs_of_fields<const D: usize>(scene: &Scene<D>, moves: bool) -> Vec<Need> {
     let mixture = scene.method.mixture();
     let field = |c: &Coefficient| matches!(c, Coefficient::Field(_));
-    let sharp = scene.method.kind() == Kind::Sharp;
+    let sharp = scene.method.kind() == MethodKind::Sharp;
     let varies = sharp || field(&mixture.density);
     let viscous = !matches!(mixture.viscosity, Coefficient::Uniform(0.0));
     let stress = field(&mixture.viscosity);
@@ -76,10 +76,10 @@ fn needs_of_fields<const D: usize>(scene: &Scene<D>, moves: bool) -> Vec<Need> {
     ]
 }
 
-/// The stages of the step that took time, with nanoseconds a cell and step. What the paper's
-/// method calls mixing is, with sharp surfaces, the velocity that these impose.
+/// The stages of the step that took time, with nanoseconds a cell and step. With sharp surfaces the
+/// stage `mixing` is called `walls`: the velocity that these impose.
 pub fn stages<const D: usize>(scene: &Scene<D>) -> Vec<(&'static str, f64)> {
-    let sharp = scene.method.kind() == Kind::Sharp;
+    let sharp = scene.method.kind() == MethodKind::Sharp;
     let name = |name| if sharp && name == "mixing" { "walls" } else { name };
     let stages = scene.domain.clock.table(scene.domain.grid.total_cells());
     stages.into_iter().map(|(own, time)| (name(own), time)).collect()

@@ -1,4 +1,4 @@
-//! What a scene tells of its fields: the energy, what is not finite, whole fields.
+//! Diagnostics of a scene's fields: the energy, values that are not finite, whole fields.
 
 use super::Scene;
 use crate::error::NotFinite;
@@ -8,15 +8,15 @@ use crate::{Error, Result};
 
 /// Kinetic energy (J; per metre of depth in 2D) and speed of all ranks.
 pub(super) struct Energies {
-    /// Of all cells, what lies inside bodies with them.
+    /// Kinetic energy of all cells, those inside bodies included.
     pub all_cells: f64,
-    /// Of what lies inside bodies, where the density is one number.
+    /// Kinetic energy inside the bodies, where the density is one number.
     pub inside: f64,
     /// The largest speed of the fluid, of cells outside the bodies (m/s).
     pub largest_speed: f64,
 }
 
-/// The same, with what of the energy lies inside bodies. Collective.
+/// Kinetic energy of all cells and inside the bodies, and the largest speed. Collective.
 ///
 /// # Errors
 /// As [`Scene::energy_and_speed`].
@@ -55,7 +55,7 @@ fn take_inside<const D: usize>(scene: &mut Scene<D>) -> f64 {
     sum
 }
 
-/// Undoes that, last cells first: one that two bodies fill was taken out twice.
+/// Undoes `take_inside`, last cells first: one that two bodies fill was taken out twice.
 fn put_inside_back<const D: usize>(scene: &mut Scene<D>) {
     while let Some((cell, u)) = scene.inside.pop() {
         (0..D).for_each(|a| scene.state.u[a][cell] = u[a]);

@@ -1,5 +1,5 @@
-//! Scenes of two and of three dimensions, compiled once with the library. What is generic is
-//! compiled again by each program that names it, and a whole step takes a minute.
+//! Scenes of two and of three dimensions, compiled once with the library. Generic code is compiled
+//! again by each program that names it, and a whole step takes a minute.
 //!
 //! ```text
 //!   Scene<D>::extended, step  ->  D = 2: plane, step_plane     (machine code of the library)
@@ -65,7 +65,7 @@ fn step_space(scene: &mut Scene<3>, dt: f64) -> Result<Report> {
     scene.advance(dt)
 }
 
-/// A value as one of the type that it is of; `None` where it is of another.
+/// The value, if its type is the one that is asked for.
 fn same<A: 'static, B: 'static>(value: A) -> Option<B> {
     let value: Box<dyn Any> = Box::new(value);
     value.downcast().ok().map(|value| *value)

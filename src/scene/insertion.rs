@@ -1,5 +1,5 @@
-//! Bodies that leave the box or come into it: what lasts of them goes or begins, what lasts of the
-//! others stays, and the method is made anew for those that are there.
+//! Bodies that leave the box or come into it: their history goes or begins, that of the others
+//! stays, and the method is made anew for those that are there.
 
 use super::{Scene, build};
 use crate::config::{Case, Enter, Region};
@@ -17,9 +17,9 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 /// Random places that a body tries in a step before it waits for the next one.
 const TRIES: usize = 200;
 
-/// The place in the list of the first free body whose surface may reach an outflow within a
-/// step as long as `dt` (s), and the axis; none of those whose numbers are in `but`. No body
-/// reaches through one: the part of it outside would be missing in what the fluid does to it.
+/// The place in the list of the first free body whose surface may reach an outflow within a step as
+/// long as `dt` (s), and the axis; bodies whose numbers are in `but` do not count. No body reaches
+/// through an outflow: the fluid's force on the part outside would be missing.
 pub fn leaving<const D: usize>(scene: &Scene<D>, dt: f64, but: &[usize]) -> Option<(usize, usize)> {
     let grid = &scene.domain.grid;
     let kinds = &scene.domain.boundaries.kinds;
@@ -27,7 +27,7 @@ pub fn leaving<const D: usize>(scene: &Scene<D>, dt: f64, but: &[usize]) -> Opti
     let leaves = |body: &Body, axis: usize| {
         let at = body.centre[axis] + 1.5 * dt * body.velocity[axis];
         let extent = body.reach()[axis];
-        // What goes inwards stays, however near it is.
+        // A body that moves inwards stays, however near it is.
         let low = at <= extent && body.velocity[axis] < 0.0;
         let high = at >= grid.size[axis] - extent && body.velocity[axis] > 0.0;
         (low && open(axis, 0)) || (high && open(axis, 1))
@@ -38,8 +38,8 @@ pub fn leaving<const D: usize>(scene: &Scene<D>, dt: f64, but: &[usize]) -> Opti
         .find_map(|(k, body, axis)| leaves(body, axis).then_some((k, axis)))
 }
 
-/// Takes the body at the place `k` of the list out of the box. What it had of momentum and
-/// energy is counted as the boundary's. Collective.
+/// Takes the body at the place `k` of the list out of the box. Its momentum and energy are counted
+/// as the boundary's. Collective.
 ///
 /// # Errors
 /// When the method cannot be made for the others.
@@ -190,8 +190,8 @@ fn mean_velocity<const D: usize>(scene: &Scene<D>, body: &Body) -> Result<Vector
     Ok(Vector3::new(sums[0], sums[1], sums[2]) / sums[3].max(1.0))
 }
 
-/// Makes the method anew for the bodies as they are, of which these are `new` where they are,
-/// and balance and budget with it. Collective.
+/// Makes the method anew for the present bodies, of which these are `new` at their places, and the
+/// balance and the budget with it. Collective.
 fn remake<const D: usize>(scene: &mut Scene<D>, case: &Case, new: &[usize]) -> Result<()> {
     let clock = scene.domain.clock.clone();
     scene.method = build::method(&scene.domain, case, &scene.state.bodies, scene.impact);
@@ -199,7 +199,7 @@ fn remake<const D: usize>(scene: &mut Scene<D>, case: &Case, new: &[usize]) -> R
     scene.domain.projection.set_modes(&[], &[], &[], &Sharing::default())?;
     scene.resume()?;
     scene.domain.clock = clock;
-    scene.method.mix_in(&mut scene.domain, &mut scene.state, new)?;
+    scene.method.impose_inserted(&mut scene.domain, &mut scene.state, new)?;
     scene.method.begin_bodies(&mut scene.domain, &mut scene.state, new)?;
     scene.method.start_balance(&mut scene.domain, &mut scene.state)?;
     energy::reopen(&mut scene.domain, &mut scene.state, &mut *scene.method)

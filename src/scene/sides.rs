@@ -7,28 +7,28 @@ use nalgebra::Vector3;
 
 use super::build::axes;
 
-/// Part of a spacing within a side in which what obstacles cover of it is looked for.
+/// Depth within a side (spacings) down to which obstacles count as covering it.
 const THIN: f64 = 1e-3;
 
 /// Part of a face that rounding leaves open where it is covered.
 const CLOSED: f64 = 1e-5;
 
-/// The velocity that a side of a case gives, through what obstacles leave of each of its faces.
+/// The velocity that a side of a case gives, through the open part of each of its faces.
 struct CaseSide<'a, const D: usize> {
     side: &'a Side,
     axis: usize,
     high: bool,
     grid: &'a Grid<D>,
     obstacles: Vec<&'a Body>,
-    /// Where the edges of the side begin, along it (m): in 2D what obstacles leave open.
+    /// Start of the side, along it (m): in 2D that of the part that obstacles leave open.
     begin: f64,
     /// Edges of the box along the side (m).
     sizes: Vec<f64>,
 }
 
 impl<const D: usize> CaseSide<'_, D> {
-    /// Lets the edges of the side be those of what obstacles leave open of it, in 2D: a parabola
-    /// is zero there.
+    /// Narrows the side, in 2D, to the part that obstacles leave open of it: a parabola is zero at
+    /// its edges.
     fn narrow(&mut self) {
         let ([along], true) = (self.sizes[..].as_ref(), D == 2) else { return };
         let axis = 1 - self.axis;
@@ -54,7 +54,7 @@ impl<const D: usize> CaseSide<'_, D> {
         self.sizes = vec![high - low];
     }
 
-    /// How much of the face around a place (m) no obstacle covers.
+    /// Share of the face around a place (m) that no obstacle covers.
     fn open(&self, place: &Vector3<f64>) -> f64 {
         // A box of the face, a little way into the domain.
         let mut half = Vector3::zeros();

@@ -10,7 +10,7 @@
 //! for `Y' = F(Y)`, of second order at `Y_s`. On the negative real axis it is stable to `-(s^2 + s
 //! - 2)/2`, and no stage overshoots there.
 
-/// A stage: how `Y_j` is made, and what becomes of it.
+/// A stage: the factors of `Y_j`, and its weights in the end of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage {
     /// Factor of the start of the step.
@@ -25,14 +25,14 @@ pub struct Stage {
     pub first: f64,
     /// The time that it stands for, of the step.
     pub time: f64,
-    /// What the end of the step has of its rate, times the step.
+    /// Weight of its rate in the end of the step, times the step.
     pub weight: f64,
-    /// What the end of the step has, other than by rates, of something that is added to it.
+    /// Share of a term added to it that the end of the step keeps, other than by rates.
     pub remains: f64,
 }
 
 impl Stage {
-    /// What a steady rate adds in this stage, times the step.
+    /// Factor of a steady rate in this stage, times the step.
     pub fn part(&self) -> f64 {
         self.rate + self.first
     }
@@ -41,9 +41,9 @@ impl Stage {
 /// All stages of a step.
 #[derive(Clone, Debug)]
 pub struct Legendre {
-    /// What the end of the step has of the rate at its start, times the step.
+    /// Weight of the rate at the start in the end of the step, times the step.
     pub weight: f64,
-    /// Each; the last is the end.
+    /// The stages in order; the last is the end of the step.
     pub stages: Vec<Stage>,
 }
 
@@ -54,7 +54,7 @@ pub fn limit(stages: usize) -> f64 {
 }
 
 impl Legendre {
-    /// With so many stages, three or more.
+    /// The stages of a step with so many of them, three or more.
     pub fn new(stages: usize) -> Legendre {
         let w = 1.0 / limit(stages);
         let b = |j: usize| if j < 2 { 1.0 / 3.0 } else { limit(j) / (0.5 * (j * (j + 1)) as f64) };

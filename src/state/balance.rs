@@ -4,7 +4,7 @@ use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use nalgebra::Vector3;
 
-/// What the fluid and the free bodies in the box are given over a step, or over several (N s; per
+/// Impulses on the fluid and the free bodies in the box over a step, or over several (N s; per
 /// metre of depth in 2D).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impulses {
@@ -25,22 +25,29 @@ pub struct Impulses {
 }
 
 impl Impulses {
-    /// What each is called in files, in the order of [`Impulses::vectors`].
-    pub const NAMES: [&str; 7] =
-        ["drive", "gravity", "border_pressure", "border_shear", "border_flow", "contacts", "held"];
+    /// Their names in files, in the order of [`Impulses::vectors`].
+    pub const NAMES: [&str; 7] = [
+        "drive",
+        "gravity",
+        "boundary_pressure",
+        "boundary_shear",
+        "boundary_flow",
+        "contacts",
+        "held",
+    ];
 
-    /// All of them.
+    /// All impulses (N s).
     pub fn vectors(&self) -> [Vector3<f64>; 7] {
         let Impulses { drive, gravity, pressure, shear, flow, contacts, held } = *self;
         [drive, gravity, pressure, shear, flow, contacts, held]
     }
 
-    /// Of the sides of the box.
+    /// Impulse of the sides of the box (N s).
     pub fn boundary(&self) -> Vector3<f64> {
         self.pressure + self.shear + self.flow
     }
 
-    /// Of all together.
+    /// Sum of all impulses (N s).
     pub fn total(&self) -> Vector3<f64> {
         self.vectors().iter().sum()
     }
@@ -68,17 +75,17 @@ pub struct Balance {
     pub before: Vector3<f64>,
     #[allow(missing_docs)]
     pub momentum: Vector3<f64>,
-    /// What it was given over the step.
+    /// Impulses over the step.
     pub impulses: Impulses,
-    /// What is missing in the balance of momentum (kg m/s).
+    /// Error of the balance of momentum (kg m/s): the change less the impulses.
     pub error: Vector3<f64>,
-    /// What is missing in the balances of angular momentum about the bodies' centres, summed over
-    /// them (kg m2/s).
+    /// Error of the balances of angular momentum about the bodies' centres, summed over them (kg
+    /// m2/s).
     pub angular_error: f64,
 }
 
 impl Balance {
-    /// Of a step whose two sides are known: what they differ by is the error.
+    /// Closes the balance of a step whose two sides are known: their difference is the error.
     pub fn close(
         [before, momentum]: [Vector3<f64>; 2],
         impulses: Impulses,

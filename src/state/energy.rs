@@ -18,35 +18,35 @@ pub struct EnergyBudget {
     pub bodies: f64,
     /// Energy in the springs of contacts.
     pub springs: f64,
-    /// The three at the start.
+    /// Sum of the three at the start.
     pub start: f64,
     /// Work on fluid and bodies.
     pub work: SuppliedWork,
-    /// What has gone.
+    /// Losses.
     pub losses: EnergyLosses,
     /// Energy that contacts would have made, and that the bound on their work has kept from them.
     pub bounded: f64,
     /// The largest sum of the start and all work in either direction.
     pub(crate) largest: f64,
-    /// What the next step goes on with.
+    /// Powers that the next step goes on with.
     pub(crate) powers: EnergyPowers,
 }
 
 /// Work on fluid and bodies since the start (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SuppliedWork {
-    /// Of gravity, less buoyancy, on the free bodies.
+    /// Work of gravity, less buoyancy, on the free bodies.
     pub gravity: f64,
-    /// Of the drive on fluid and bodies.
+    /// Work of the drive on fluid and bodies.
     pub drive: f64,
-    /// Of the sides of the box on the fluid: pressure, what flows through them, moving walls; and
-    /// of these on bodies.
+    /// Work of the sides of the box on the fluid: pressure, what flows through them, moving walls;
+    /// and on the bodies that these touch.
     pub boundaries: f64,
-    /// Of prescribed bodies on the fluid and on the bodies that they touch.
+    /// Work of prescribed bodies on the fluid and on the bodies that they touch.
     pub prescribed: f64,
 }
 
-/// What has taken energy since the start (J).
+/// Losses of energy since the start (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyLosses {
     /// Viscosity, where the grid has the fluid's velocity.
@@ -55,18 +55,18 @@ pub struct EnergyLosses {
     pub contacts: f64,
     /// Friction.
     pub friction: f64,
-    /// What is left: the dissipation by the method itself, by upwinding and in the layers of cells
-    /// at walls. Negative, it has made energy.
+    /// The rest: dissipation by the method itself, by upwinding and in the layers of cells at
+    /// walls. Negative, the method has made energy.
     pub method: f64,
 }
 
 /// Powers as they were last found (W).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct EnergyPowers {
-    /// What viscosity took when that was last sampled, and how long ago (s).
+    /// Viscous dissipation when it was last sampled (W), and the time since then (s).
     pub dissipated: f64,
     pub since: f64,
-    /// Of the sides of the box and of the drive after the last step.
+    /// Power of the sides of the box, and of the drive, after the last step (W).
     pub boundaries: f64,
     pub drive: f64,
 }
@@ -103,8 +103,7 @@ impl EnergyBudget {
         self.start + gravity.abs() + drive.abs() + boundaries.abs() + prescribed.abs()
     }
 
-    /// What the method has taken: what of the energy supplied is nowhere, and taken by nothing
-    /// else.
+    /// Energy that the method has taken (J): supplied, and neither left nor lost to anything else.
     pub(crate) fn missing(&self) -> f64 {
         let EnergyLosses { viscous, contacts, friction, .. } = self.losses;
         self.supplied() - viscous - contacts - friction - self.total()

@@ -1,21 +1,22 @@
-//! What fluid and particles exchange over a step.
+//! Exchange of momentum between fluid and particles over a step.
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::sums::Summed;
 use nalgebra::Vector3;
 
-/// What fluid and one particle exchange over a step. Forces in N (per metre of depth in 2D),
-/// torques in N m about the particle's centre.
+/// Exchange of momentum between fluid and one particle over a step. Forces in N (per metre of depth
+/// in 2D), torques in N m about the particle's centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exchange {
-    /// Force by the momentum that the fluid around the body loses: what the mixing (27) removes,
-    /// the body's own inertia apart, or what sharp surfaces take.
+    /// Force by the momentum that the fluid around the body loses: what (27) of the mixture method
+    /// removes, the body's own inertia apart, or what sharp surfaces take.
     pub momentum: Vector3<f64>,
     /// Its torque.
     pub momentum_torque: Vector3<f64>,
-    /// Convective part of (19).
-    pub convective: Vector3<f64>,
+    /// Remainder of the force: the convective part of (19) in the mixture method, the force defect
+    /// of a sharp surface.
+    pub remainder: Vector3<f64>,
     /// Pressure part of (19).
     pub pressure: Vector3<f64>,
     /// Viscous part of (19).
@@ -24,29 +25,29 @@ pub struct Exchange {
     pub literal_torque: Vector3<f64>,
     /// Mean force of contacts over the step.
     pub contact: Vector3<f64>,
-    /// What accelerates the mass of a held body as prescribed, `m dV/dt`: the mixture takes it up,
-    /// and nobody around it.
+    /// Force that accelerates the mass of a held body as prescribed, `m dV/dt`: the mixture takes
+    /// it up, and nobody around it.
     pub(crate) driven: Vector3<f64>,
 }
 
 impl Exchange {
-    /// What holds a body in its motion has to stand (N): the fluid's force less what the motion
-    /// itself takes.
+    /// Force on the support of a body that is held in its motion (N): the fluid's force less what
+    /// the motion itself takes.
     pub fn held(&self) -> Vector3<f64> {
         self.momentum - self.driven
     }
 
     /// Force by (19) as printed: the sum of its parts (N).
     pub fn literal(&self) -> Vector3<f64> {
-        self.convective + self.pressure + self.viscous
+        self.remainder + self.pressure + self.viscous
     }
 
-    /// All that ranks sum.
+    /// All vectors that ranks sum.
     fn vectors(&mut self) -> [&mut Vector3<f64>; 7] {
         [
             &mut self.momentum,
             &mut self.momentum_torque,
-            &mut self.convective,
+            &mut self.remainder,
             &mut self.pressure,
             &mut self.viscous,
             &mut self.literal_torque,

@@ -1,4 +1,4 @@
-//! What contacts press a body with, as far as it lasts: the rest is of impacts.
+//! Sustained part of the contact force on a body: the rest is of impacts.
 
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
@@ -11,8 +11,8 @@ use nalgebra::Vector3;
 pub struct MeanContactForce(pub Option<Vector3<f64>>);
 
 impl MeanContactForce {
-    /// The part of a force of contacts (N) that lasts and is none of an impact, as the steps before
-    /// show.
+    /// Sustained share of a contact force (N), which is none of an impact, by the mean of the steps
+    /// before.
     pub fn sustained(&self, force: &Vector3<f64>) -> f64 {
         let mean = mean_force(&self.0.unwrap_or_default(), force);
         let mean = mean.norm();
@@ -20,8 +20,8 @@ impl MeanContactForce {
         if size > SUSTAINED_FORCE * mean { SUSTAINED_FORCE * mean / size } else { 1.0 }
     }
 
-    /// Takes note of the force of contacts (N) over a step; the part of it that lasts: all of it,
-    /// where the body lay there before.
+    /// Takes note of the contact force (N) over a step. Returns its sustained share: 1 where the
+    /// body lay there before its first step.
     pub fn press(&mut self, force: &Vector3<f64>) -> f64 {
         let sustained = self.0.map_or(1.0, |_| self.sustained(force));
         self.0 = Some(self.0.map_or(*force, |mean| mean_force(&mean, force)));

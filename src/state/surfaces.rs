@@ -1,4 +1,4 @@
-//! What sharp surfaces have of the past ([`crate::method::sharp`] has the formulas).
+//! History of sharp surfaces ([`crate::method::sharp`] has the formulas).
 
 use crate::archive::{Archive, Checkpointed};
 use crate::grid::{Grid, VectorField};
@@ -6,29 +6,29 @@ use crate::particles::{Accelerations, Load};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 
-/// What lasts of sharp surfaces.
+/// History of sharp surfaces, which lasts from step to step.
 #[derive(Clone, Debug)]
 pub struct SurfaceHistory<const D: usize> {
-    /// The ghost cells that were set last, with what they had before: all others have it
-    /// still.
+    /// The ghost cells that were set last, with their velocity before; that of all other cells is
+    /// unchanged.
     pub before_forcing: Vec<BeforeForcing<D>>,
     /// Momentum-interpolation correction of the faces: their velocity beyond the mean of the cells'
     /// (m/s).
     pub correction: VectorField<D>,
-    /// That of each body.
+    /// History of each body.
     pub bodies: Vec<BodyHistory>,
 }
 
-/// What a cell had before it was set as a ghost cell.
+/// Velocity of a cell before it was set as a ghost cell.
 #[derive(Clone, Copy, Debug)]
 pub struct BeforeForcing<const D: usize> {
     /// Its index in a field.
     pub cell: u32,
-    /// Its velocity then (m/s); what it has now, where another entry of the same cell has that.
+    /// Its velocity then (m/s), or its present one where another entry of the same cell has that.
     pub velocity: [f64; D],
 }
 
-/// What lasts of a body in a fluid with sharp surfaces.
+/// History of a body in a fluid with sharp surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyHistory {
     /// Acceleration by fluid and gravity in the last step (m/s2, rad/s2).
@@ -37,17 +37,17 @@ pub struct BodyHistory {
     pub displacement: Vector3<f64>,
     /// Load by wall shear a step before.
     pub shear: Option<Load>,
-    /// Filtered force defect: what pressure and wall shear miss of what the fluid loses, taken in
-    /// slowly (N).
+    /// Filtered force defect (N): the part of the fluid's loss of momentum that pressure and wall
+    /// shear miss, taken in slowly.
     pub filtered_defect: Vector3<f64>,
-    /// Undelivered impulse: what the body has not felt yet of what the fluid lost (N s).
+    /// Undelivered impulse (N s): the part of the fluid's loss that the body has not felt yet.
     pub undelivered: Vector3<f64>,
     /// Momentum (kg m/s) and angular momentum (kg m2/s) of the cells inside the body.
     pub inside: (Vector3<f64>, Vector3<f64>),
 }
 
 impl<const D: usize> SurfaceHistory<D> {
-    /// That of a state that has sharp surfaces.
+    /// The history in a state that has sharp surfaces.
     ///
     /// # Errors
     /// When it has none: it is another method's.
@@ -57,7 +57,7 @@ impl<const D: usize> SurfaceHistory<D> {
         })
     }
 
-    /// Nothing has happened yet to so many bodies.
+    /// The empty history of so many bodies.
     pub fn new(grid: &Grid<D>, bodies: usize) -> SurfaceHistory<D> {
         SurfaceHistory {
             before_forcing: Vec::new(),

@@ -14,14 +14,14 @@ use shipped::{Row, shipped};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What stands in a folder that may be written over, and its text.
+/// File that marks a folder that may be written over, and its text.
 const MARK: &str = "validate.txt";
 const MARKED: &str = "The runs in this folder are those of `mics validate`, which replaces them.\n";
 
-/// What `mics validate` is asked for.
+/// Request to `mics validate`.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// How the names of the cases begin; none: the short ones, or all.
+    /// Beginnings of the names of the cases; none: the short ones, or all.
     pub names: Vec<String>,
     /// All cases.
     pub full: bool,
@@ -39,14 +39,14 @@ pub struct Request {
     pub commit: &'static str,
 }
 
-/// What has been found so far.
+/// Results so far.
 #[derive(Default)]
 struct Found {
     pass: usize,
     short: usize,
     /// Cases whose runs failed.
     failed: Vec<String>,
-    /// What has moved from the page, in words.
+    /// Messages about values that have moved from the page.
     moved: Vec<String>,
     /// Case, measure and where its reference is from.
     sources: Vec<(String, String, String)>,
@@ -104,7 +104,7 @@ pub fn validate(request: &Request) -> Result<()> {
 }
 
 impl Found {
-    /// Counts a measure of a case, beside what a page has of it.
+    /// Counts a measure of a case, and compares it with the page.
     fn take(&mut self, case: &str, name: String, c: Comparison, page: Option<&Page>) {
         *(if c.pass { &mut self.pass } else { &mut self.short }) += 1;
         self.moved.extend(page.and_then(|page| page.moved(case, &name, &c)));

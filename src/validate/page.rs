@@ -7,10 +7,10 @@ use mics_run::summary::Summary;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// How far a value may move from the page, as a part of what its tolerance leaves it.
+/// Largest change of a value from the page, as a part of the room that its tolerance leaves.
 const PART: f64 = 0.1;
 
-/// The least part of itself by which a value moves: the page has five digits.
+/// Relative change of a value from which on it counts: the page has five digits.
 const ROUNDING: f64 = 1e-4;
 
 /// The page's beginning, down to the head of its table.
@@ -51,7 +51,7 @@ pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> S
     )
 }
 
-/// Its end: how many pass, and where the references are from, of each (case, measure, source).
+/// The page's end: the number that pass, and the sources, each a (case, measure, source).
 pub(super) fn tail(pass: usize, short: usize, sources: &[(String, String, String)]) -> String {
     let mut text = format!(
         "\n{pass} of {} values pass.\n\n## Where the references are from\n\n",
@@ -95,7 +95,7 @@ impl Page {
         Ok(Page { file: file.to_owned(), rows })
     }
 
-    /// How a value has moved from the page, in words; `None` where it has not.
+    /// Message about a value that has moved from the page; `None` where it has not.
     pub fn moved(&self, case: &str, measure: &str, now: &Comparison) -> Option<String> {
         let value = now.value.map_or("none".into(), significant);
         let Some((.., before, passed)) =

@@ -1,5 +1,5 @@
-//! Obstacles that lie exactly on the grid, touch each other or overlap: the usual geometry. What
-//! flows past them is as beside a place that is off by little, and as symmetric as they are.
+//! Obstacles that lie exactly on the grid, touch each other or overlap: the usual geometry. The
+//! flow past them is as past places that are off by little, and as symmetric as they are.
 
 use crate::support::{Petsc, box_case, petsc};
 use mics::scene::Scene;
@@ -23,7 +23,7 @@ fn driven(petsc: &Petsc, outlines: &[Outline], viscosity: f64) -> (f64, Vec<Vect
     (flow / 480.0, forces)
 }
 
-/// The same past an obstacle in a channel of 12 x 12 x 12 cells, periodic along x and y.
+/// Flow and force past an obstacle in a channel of 12 x 12 x 12 cells, periodic along x and y.
 fn driven_3d(petsc: &Petsc, obstacle: &str) -> (f64, Vec<Vector3<f64>>) {
     let text = format!(
         "name = \"test\"\n[domain]\nsize = [12.0, 12.0, 12.0]\ncells = [12, 12, 12]\n\
@@ -99,7 +99,7 @@ fn apart(
     off.max((near_flow / flow - 1.0).abs())
 }
 
-/// The same of an octahedron with corners on a lattice of half spacings, as a file of triangles.
+/// Change past an octahedron, a file of triangles with corners on a lattice of half spacings.
 fn jump_of_polyhedron(petsc: &Petsc, folder: &Path, seed: u64) -> f64 {
     let mut random = random(seed);
     let corners: [[f64; 3]; 6] = std::array::from_fn(|k| {
@@ -131,8 +131,8 @@ fn octahedron(corners: &[[f64; 3]; 6], way: [f64; 3]) -> String {
     format!("solid s\n{}endsolid s\n", (0..8).map(face).collect::<String>())
 }
 
-/// The same of a bed with heights on that lattice above every third line of the grid. The pressure
-/// that all of it bears alike is none of the flow's.
+/// Change past a bed with heights on that lattice above every third line of the grid. Its force
+/// along z is left out: the pressure that all of it bears alike is none of the flow's.
 fn jump_of_raster(petsc: &Petsc, folder: &Path, seed: u64) -> f64 {
     let file = folder.join("bed.csv");
     let driven = |way: f64| {
@@ -162,7 +162,7 @@ fn flow_past_solids_and_beds_on_the_lattice_does_not_jump() {
     }
 }
 
-/// The same of 200 each.
+/// Flow past 200 solids and 200 beds, each moved by a thousandth of a spacing.
 #[test]
 #[ignore = "800 runs"]
 fn flow_past_200_solids_and_beds_on_the_lattice_does_not_jump() {
@@ -191,7 +191,7 @@ fn flow_past_polygons_on_the_lattice_does_not_jump() {
     }
 }
 
-/// The same of 200 polygons: a minute.
+/// Flow past 200 polygons, each moved by a thousandth of a spacing: a minute.
 #[test]
 #[ignore = "400 runs"]
 fn flow_past_200_polygons_on_the_lattice_does_not_jump() {

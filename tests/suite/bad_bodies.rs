@@ -306,6 +306,6 @@ pub const BAD_BODIES: &[Row] = &[
         scheme", "0.5", "rk3"]),
     ("cfl = 0.4", "cfl = 1.3", "cfl", "time.cfl", &["over the limit of this scheme", "1.2; lower \
         it"]),
-    // What only the scene can tell: it finds the limit of a step, and names it.
+    // Only the scene can tell: it finds the limit of a step, and names it.
     ("cfl = 0.4", "step = 0.09", "step", "time.step", &["limit"]),
 ];

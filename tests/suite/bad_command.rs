@@ -1,5 +1,5 @@
-//! What a wrong command line, a wrong folder, a damaged file or too many ranks get: exit status 2,
-//! one message that says where and what would be right, and nothing written. (Wrong cases are in
+//! Refusals of a wrong command line, a wrong folder, a damaged file or too many ranks: exit status
+//! 2, one message that says where and what would be right, and nothing written. (Wrong cases are in
 //! `bad_input`.)
 
 use crate::bad_input::{GOOD, expect_none, shortcomings};
@@ -190,7 +190,7 @@ fn too_many_ranks_and_bad_cases_are_refused_with_one_message() {
     ]);
 }
 
-/// Of a scene at rest nothing is solved before the first step.
+/// Nothing of a scene at rest is solved before the first step.
 #[test]
 fn bad_petsc_options_are_refused_for_scene_at_rest() {
     let case = shipped("cases/settling-disc/case.toml");

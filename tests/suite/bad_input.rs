@@ -1,4 +1,4 @@
-//! What a wrong case or command line gets: exit status 2, one message that says where and what
+//! Refusals of a wrong case or command line: exit status 2, one message that says where and what
 //! would be right, and nothing written. Each row breaks a good case in one way.
 
 use crate::bad_bodies::BAD_BODIES;
@@ -74,8 +74,8 @@ fn mics(case: &Path, out: &Path, arguments: &[&str]) -> Output {
     command.output().expect("the binary runs")
 }
 
-/// What is wrong with a refusal: its status, its message or what it left in `out`; empty where all
-/// is as it should be.
+/// Faults of a refusal: its status, its message or what it left in `out`; empty where all is as it
+/// should be.
 pub fn shortcomings(output: &Output, out: &Path, says: &[&str]) -> Vec<String> {
     let message = String::from_utf8_lossy(&output.stderr);
     let mut wrong = Vec::new();
@@ -109,8 +109,8 @@ fn refused(text: &[u8], arguments: &[&str], says: &[&str]) -> Vec<String> {
     shortcomings(&mics(&case, &out, arguments), &out, says)
 }
 
-/// The same of a text that is refused as it is read, without a process of its own; what reads well
-/// is run.
+/// Faults of the refusal of a text as it is read, without a process of its own; a text that reads
+/// well is run.
 fn refused_as_read(text: &str, says: &[&str]) -> Vec<String> {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let case = folder.path().join("small.toml");
@@ -145,7 +145,7 @@ fn bad_case_message_has_file_line_key_and_cure() {
     expect_none(BAD_KEYS.iter().chain(BAD_BODIES).map(|(from, to, line, key, says)| {
         assert!(GOOD.contains(from), "the good case has no `{from}`");
         let text = GOOD.replacen(from, to, 1);
-        // Of several lines that begin so, the last one up to the end of the replacement is meant,
+        // The line that is meant is the last one that begins so up to the end of the replacement,
         // else the first.
         let changed = text[..GOOD.find(from).unwrap_or(0) + to.len()].lines().count();
         let begins_so = |(_, text): &(usize, &str)| !line.is_empty() && text.starts_with(line);

@@ -5,7 +5,7 @@
 /// must begin with (empty: no line is named), the key named, and what else the message must say.
 pub type Row = (&'static str, &'static str, &'static str, &'static str, &'static [&'static str]);
 
-/// What the choices that the paper's method had are told.
+/// Message on keys that once were choices of the paper's method.
 const AS_PRINTED: &[&str] =
     &["wall = \"mixing\" is the paper's method as printed", "no choices", "leave this key out"];
 

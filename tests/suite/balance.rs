@@ -100,8 +100,7 @@ fn momentum_balance_detects_non_conservative_term() {
         let mut scene: Scene<2> = petsc.scene(&text);
         let mut lost = 0.0f64;
         for _ in 0..20 {
-            // What all cells and bodies have, counted here, and what the audit says they were
-            // given.
+            // The momentum of all cells and bodies is counted; the audit has the impulses on them.
             let before = scene.state.balance.as_ref().unwrap().momentum;
             scene.step(4e-3).unwrap();
             let audit = scene.state.balance.as_ref().unwrap();
@@ -190,8 +189,8 @@ fn momentum_balance_starts_from_initial_momentum() {
     assert!((before - start).norm() < 1e-12 * before.norm(), "{start} is {before}");
 }
 
-/// What holds a body along a locked axis also takes what its turning gives the cells along it,
-/// whose centroid is not the body's: by gravity, and by contacts.
+/// The force that locks an axis of a body also takes the momentum that its turning gives the cells
+/// along it, whose centroid is not the body's: by gravity, and by contacts.
 #[test]
 fn momentum_balance_with_locked_spinning_body() {
     let petsc = petsc();

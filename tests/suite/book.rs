@@ -58,7 +58,7 @@ fn links(line: &str) -> Vec<&str> {
     line.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect()
 }
 
-/// What is wrong with a link of a page.
+/// Fault of a link of a page; `None` where it leads somewhere.
 fn broken(page: &Path, text: &str, link: &str) -> Option<String> {
     if ["http://", "https://", "mailto:"].iter().any(|scheme| link.starts_with(scheme)) {
         return None;

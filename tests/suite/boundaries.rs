@@ -150,7 +150,7 @@ fn stream_between_two_outflows_decays_as_from_reservoir() {
             .fold(0.0, f64::max);
         cells.max(faces)
     };
-    // What comes in is known by the last step's velocity: of first order in time.
+    // The inflow is known by the last step's velocity: of first order in time.
     let e = [100, 200, 400].map(|steps| error(steps, 1.0));
     assert!(e[2] < 1e-3 && order(e[1], e[2], 2.0) > 0.9, "{e:?}");
     assert!((error(200, -1.0) - e[1]).abs() < 1e-12);

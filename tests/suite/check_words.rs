@@ -1,4 +1,4 @@
-//! What `mics check` and a run warn of before the first step.
+//! Warnings of `mics check` and of a run before the first step.
 
 use crate::estimates::{SPRINGS, fall, says};
 use crate::support::{mics, run, shipped};

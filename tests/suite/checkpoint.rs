@@ -1,11 +1,11 @@
-//! What lasts from step to step: a scene that is written and read goes on bit for bit.
+//! State that lasts from step to step: a scene that is written and read goes on bit for bit.
 
 use crate::restart::{STREAM, discs};
 use crate::support::{PERIODIC, Petsc, SHARP, box_case, case, petsc};
 use mics::archive::Archive;
 use mics::scene::Scene;
 
-/// What lasts of a scene, as a checkpoint has it.
+/// Lasting state of a scene, as a checkpoint has it.
 fn recorded<const D: usize>(petsc: &Petsc, scene: &mut Scene<D>) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut archive = Archive::write(&petsc.session, &mut bytes);

@@ -1,5 +1,5 @@
-//! What moves the fluid besides its boundaries: exact channel flow, a mean velocity that is held in
-//! every step, and what bodies feel.
+//! Drives of the fluid besides its boundaries: exact channel flow, a mean velocity that is held in
+//! every step, and the force on bodies.
 
 use crate::box_measures::measures;
 use crate::support::{Petsc, box_case, columns, order, petsc, run};
@@ -106,9 +106,9 @@ fn mean_velocity_held_in_every_step_with_colliding_bodies() {
 }
 
 /// A disc of next to no weight that a heavy one presses against a wall: pressure and drive are
-/// found together, in two iterations. What the drive gave went by the discs' own volume and what
-/// the pressure gave by what faces show of it, which is less where they touch, and 20 iterations
-/// were not enough.
+/// found together, in two iterations. The drive's part went by the discs' own volume and the
+/// pressure's by the volume that faces show, which is less where they touch, and 20 iterations were
+/// not enough.
 #[test]
 fn mean_velocity_drive_with_light_body_pressed_by_heavy_one() {
     let petsc = petsc();
@@ -225,8 +225,8 @@ fn stokes_drag_of_cubic_sphere_array_up_to_touching_spheres() {
     assert!(coarse < 0.016 && fine < 0.004 && order(coarse, fine, 2.0) > 1.8, "{coarse}, {fine}");
 }
 
-/// Where the third probe came near to what lies across, what cells inside take of the cubic fed
-/// itself, beside slip boundaries first.
+/// Where the third image point came near to what lies across, the cubic extrapolation into cells
+/// inside fed itself, beside slip boundaries first.
 #[test]
 fn undriven_flow_past_fixed_disc_decays_near_slip_side() {
     let petsc = petsc();
@@ -262,8 +262,8 @@ fn undriven_flow_past_fixed_disc_decays_near_slip_side() {
     }
 }
 
-/// What cells inside take of the cubic comes a step late: imposed on every stage it would turn for
-/// ever in steps as long as these.
+/// The cubic extrapolation into cells inside comes a step late: imposed on every stage it would
+/// oscillate for ever in steps as long as these.
 #[test]
 fn creeping_flow_past_fixed_disc_steady_with_many_stages() {
     let petsc = petsc();

@@ -76,9 +76,9 @@ fn inclined_ellipse_and_mirror_image_have_opposite_lift() {
     }
 }
 
-/// Of an ellipse that turns (or moves along its own axes) suddenly in a fluid at rest, the inertia
-/// that the fluid adds, over the potential flow's: `pi rho (a^2 - b^2)^2/8`, `pi rho b^2` along a,
-/// `pi rho a^2` along b.
+/// Added inertia of an ellipse that turns (added mass of one that moves along its own axes)
+/// suddenly in a fluid at rest, over the potential flow's: `pi rho (a^2 - b^2)^2/8`, `pi rho b^2`
+/// along a, `pi rho a^2` along b.
 fn added(petsc: &Petsc, angle: f64, density: f64, cells: usize) -> [f64; 3] {
     let ellipse = ellipse(1.0, 0.5);
     let (along, across) =

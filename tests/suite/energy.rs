@@ -7,7 +7,7 @@ use mics::scene::Scene;
 use mics::state::EnergyBudget;
 use std::f64::consts::PI;
 
-/// What the method takes of the energy of decaying vortices, over the start, on so many cells.
+/// Energy that the method takes of decaying vortices, over the start's, on so many cells a side.
 fn vortices(n: usize) -> f64 {
     let petsc = petsc();
     let more = "[pressure]\ndivergence_limit = 1e-8";
@@ -77,7 +77,7 @@ fn impulsively_started_wall_has_no_spurious_energy_gain() {
         std::fs::write(&case, box_case([0.01, 0.012], [8, 24], 5e-5, sides, &time)).unwrap();
         run(&case, &dir.path().join("out"), &[]);
         let steps = columns(&dir.path().join("out/steps.csv"));
-        let (given, lost) = (&steps["border_work"], &steps["method_loss"]);
+        let (given, lost) = (&steps["boundary_work"], &steps["method_loss"]);
         let last = given.len() - 1;
         println!(
             "{scheme}: {:.3} of the work in the first step, {:.4} in {last} steps",
@@ -110,9 +110,8 @@ fn falling_disc_energy_budget_closes() {
     let potential = 0.5 * body.volume() * (1.5 - body.centre.y);
     println!("{e:?}");
     assert!((e.work.gravity / potential - 1.0).abs() < 0.01, "{} of {potential}", e.work.gravity);
-    // What viscosity takes in the cells at the wall is counted too high, the less the finer:
-    // -0.0132, -0.0089, -0.0052, -0.0032 at 48, 64, 96, 128 cells a metre, whichever way it
-    // falls.
+    // The viscous loss in the cells at the wall is counted too high, the less the finer: -0.0132,
+    // -0.0089, -0.0052, -0.0032 at 48, 64, 96, 128 cells a metre, whichever way it falls.
     assert!(
         e.losses.method > -0.6 / 64.0 * e.work.gravity && e.losses.method < 0.05 * e.work.gravity,
         "{e:?}"
@@ -175,8 +174,8 @@ fn rebound_in_gas_under_gravity_loses_nothing_by_contact() {
     );
 }
 
-/// What viscosity takes between walls is that of the fluid between them: a channel of three or
-/// four cells begins from rest, and no energy comes from nothing.
+/// The viscous loss between walls is that of the fluid between them: a channel of three or four
+/// cells begins from rest, without a spurious energy gain.
 #[test]
 fn narrow_channel_from_rest_has_no_energy_gain() {
     let petsc = petsc();
@@ -256,8 +255,8 @@ fn sliding_disc_loses_a_third_of_energy_to_friction() {
     );
 }
 
-/// What faces remember has to fade by viscosity too: in a flow that hardly moves nothing else takes
-/// it.
+/// The momentum-interpolation correction has to fade by viscosity too: in a flow that hardly moves
+/// nothing else takes it.
 #[test]
 fn settling_sphere_in_creeping_flow_has_no_energy_gain() {
     let petsc = petsc();
@@ -312,9 +311,9 @@ fn disc_in_creeping_flow_has_steady_speed_and_no_energy_gain() {
     );
 }
 
-/// What flows in the pocket between a body that may move and two walls stays in the memory of the
-/// faces unless viscosity takes it fast enough; it grew until it had more energy than all work had
-/// given, in the pocket's own time.
+/// The flow in the pocket between a body that may move and two walls stays in the
+/// momentum-interpolation correction unless viscosity takes it fast enough; it grew, in the
+/// pocket's own time, until it had more energy than all work had given.
 #[test]
 fn disc_spinning_slowly_in_corner_has_no_energy_gain() {
     let petsc = petsc();
@@ -393,8 +392,8 @@ fn approaching_discs_in_long_steps_have_no_energy_gain() {
     );
 }
 
-/// What faces remember in the corners of a closed box has to fade, also where cells are longer one
-/// way.
+/// The momentum-interpolation correction in the corners of a closed box has to fade, also where
+/// cells are longer one way.
 #[test]
 fn flow_around_resting_body_decays_in_cells_of_any_aspect_ratio() {
     let fades = |left: f64| assert!(left < 1e-8, "{left:e} of the energy is left");

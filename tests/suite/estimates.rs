@@ -1,4 +1,4 @@
-//! What `mics check` estimates, and what it and a run say alike before the first step.
+//! Estimates of `mics check`, and what it and a run say alike before the first step.
 
 use crate::support::{columns, mics, run, shipped};
 use std::path::{Path, PathBuf};
@@ -242,7 +242,7 @@ fn check_measures_contacts_before_bodies_touch() {
     assert!(!said.lines().any(speaks), "{said}");
 }
 
-/// What `mics check` says of the disk, beside what the run has left there.
+/// Disk space that `mics check` estimates, beside what the run has left there.
 #[test]
 fn check_estimates_disk_space() {
     let dir = tempfile::tempdir().unwrap();

@@ -156,7 +156,7 @@ fn folder_that_holds_no_system_is_left_alone_and_one_that_does_replaced_by_force
     let (code, said) = export(&out, &[]);
     assert!(code == Some(2) && said.contains("--force"), "{said}");
     assert_eq!(export(&out, &["--force"]).0, Some(0));
-    // What else is there stays.
+    // Other files there stay.
     fs::write(out.join("notes.txt"), "mine").unwrap();
     assert_eq!(export(&out, &["--force"]).0, Some(0));
     assert_eq!(fs::read_to_string(out.join("notes.txt")).unwrap(), "mine");

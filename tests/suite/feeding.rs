@@ -40,7 +40,7 @@ fn fed_discs_are_counted_on_one_and_two_ranks() {
     let largest = |name: &str| steps[name].iter().fold(0.0f64, |most, e| most.max(e.abs()));
     assert!(largest("momentum_error") < 1e-11, "{}", largest("momentum_error"));
     assert!(largest("method_loss") < 0.01, "{}", largest("method_loss"));
-    // The same in two parts, byte for byte, though bodies wait in between.
+    // A run in two parts gives the same, byte for byte, though bodies wait in between.
     run(&case, &broken, &["--set", "time.end=0.8"]);
     run(&case, &broken, &["--resume"]);
     for file in ["particles.csv", "passages.csv"] {
@@ -84,8 +84,8 @@ fn entering_body_waits_for_free_place() {
     assert!(a == b);
 }
 
-/// What comes in, or comes back, has its own velocity and spin, less what sets the fluid beside it
-/// going: with the paper's mixing it had those of the fluid that it came into.
+/// A body that comes in, or comes back, has its own velocity and spin, less what sets the fluid
+/// beside it going: with the paper's mixing it had those of the fluid that it came into.
 #[test]
 fn entering_body_has_given_velocity_and_spin() {
     for wall in ["sharp", "mixing"] {
@@ -110,8 +110,8 @@ fn entering_body_has_given_velocity_and_spin() {
     }
 }
 
-/// It shares its momentum with the fluid that it sets off, at once: left to a step, a body lighter
-/// than that turned back, or made energy and ended the run.
+/// An entering body shares its momentum at once with the fluid that it sets off: left to a step,
+/// one lighter than that fluid turned back, or made energy and ended the run.
 #[test]
 fn entering_light_body_shares_momentum_with_fluid() {
     for (s, y) in [(0.01, 0.5), (0.1, 0.5), (0.1, 0.2), (2.65, 0.5)] {
@@ -140,7 +140,7 @@ fn entering_light_body_shares_momentum_with_fluid() {
             "s = {s} at {y} m: {speeds:?}"
         );
         let steps = columns(&out.join("steps.csv"));
-        let given = steps["border_work"].last().unwrap();
+        let given = steps["boundary_work"].last().unwrap();
         for loss in ["method_loss", "contact_loss", "viscous_loss"] {
             let least = steps[loss].iter().copied().fold(0.0, f64::min);
             assert!(least > -1e-2 * given, "s = {s} at {y} m: {loss} {least:.1e} of {given:.1e} J");
@@ -252,6 +252,6 @@ fn resume_with_entering_grains_and_open_sides_byte_for_byte() {
     // They have met the floor and each other, and the open sides have not driven the box.
     let steps = columns(&out.join("steps.csv"));
     assert!(steps["substeps"].iter().any(|n| *n > 0.0));
-    let [given, taken] = ["gravity_work", "border_work"].map(|name| *steps[name].last().unwrap());
+    let [given, taken] = ["gravity_work", "boundary_work"].map(|name| *steps[name].last().unwrap());
     assert!(taken.abs() < 0.05 * given, "{taken} {given}");
 }

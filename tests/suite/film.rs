@@ -13,7 +13,7 @@ struct Film {
     frames: Vec<Vec<u8>>,
     /// Seconds a frame.
     delays: Vec<f64>,
-    /// How far to the right a frame differs from the one before.
+    /// Right end of what differs between a frame and the one before, of all frames (pixels).
     changed: u32,
 }
 

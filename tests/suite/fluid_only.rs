@@ -1,5 +1,5 @@
-//! What a run says of the fluid is of the fluid: cells inside bodies, which hold what the walls
-//! need, do not count.
+//! Output on the fluid is of the fluid alone: cells inside bodies, which hold what the walls need,
+//! do not count.
 
 use crate::support::{MIXING, SHARP, STREAM, box_case, petsc};
 use mics::output::snapshot::take;

@@ -16,9 +16,9 @@ use proptest::test_runner::{Config, RngSeed, TestRunner};
 use std::cell::{Cell, RefCell};
 use std::time::Duration;
 
-/// What a reader may allocate at once, over what it was given (bytes).
+/// Bytes that a reader may allocate at once, over what it was given.
 const ROOM: usize = 1 << 20;
-/// The same of a case's reader, which sorts the bodies of a swarm into a million cells at most.
+/// Bytes for a case's reader, which sorts the bodies of a swarm into a million cells at most.
 const ROOM_FOR_SWARMS: usize = 32 << 20;
 
 /// As many inputs as PROPTEST_CASES says, or a few, the same every time unless PROPTEST_RNG_SEED
@@ -162,7 +162,7 @@ impl Whole {
     }
 }
 
-/// What became of the inputs.
+/// Numbers of inputs that were taken and refused, and the time of the slowest.
 #[derive(Default)]
 struct Outcomes {
     taken: Cell<u32>,
@@ -247,7 +247,7 @@ fn checkpoint_with_foreign_content_is_refused() {
     outcome.unwrap_or_else(|e| panic!("{e}"));
 }
 
-/// What may stand where a word or a number of a case does.
+/// Replacements of a word or a number of a case.
 const WORDS: [&str; 24] = [
     "-1",
     "0",

@@ -226,7 +226,7 @@ fn plain(source: &str) -> String {
     plain
 }
 
-/// What stands between the bracket that a plain source begins with and the one that closes it, and
+/// The source between the bracket that a plain source begins with and the one that closes it, and
 /// what follows.
 fn within(source: &str) -> Option<(&str, &str)> {
     let mut depth = 0;
@@ -359,10 +359,10 @@ fn types_have_twelve_fields_at_most() {
 /// The files that have methods of types of other files.
 const WITH_GUESTS: [(&str, &str); 5] = [
     ("crates/mics-run/src/config/describe.rs", "all words of `mics check` on tables, in one style"),
-    ("src/method/mics2003/force.rs", "an equation of the paper"),
-    ("src/method/mics2003/impose.rs", "an equation of the paper"),
-    ("src/method/mics2003/motion.rs", "an equation of the paper"),
-    ("src/method/mics2003/properties.rs", "an equation of the paper"),
+    ("src/method/mixture/force.rs", "an equation of the paper"),
+    ("src/method/mixture/impose.rs", "an equation of the paper"),
+    ("src/method/mixture/motion.rs", "an equation of the paper"),
+    ("src/method/mixture/properties.rs", "an equation of the paper"),
 ];
 
 #[test]

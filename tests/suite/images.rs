@@ -206,7 +206,7 @@ fn row_of_spinning_discs_is_the_same_for_one_to_four_per_period() {
     }
 }
 
-/// What keeps the velocity of a locked direction works: it is no spurious energy.
+/// The force that keeps the velocity of a locked direction does work: it is no spurious energy.
 #[test]
 fn locked_direction_work_is_in_energy_budget() {
     let ends = ["\"wall\"", "\"wall\""];

@@ -49,7 +49,7 @@ fn initial_from_continues_a_run_byte_for_byte() {
         load > 0.0 && (next / load - 1.0).abs() < 0.2,
         "contacts carried {load} N, and now {next} N"
     );
-    // The same run, broken off and gone on with.
+    // Broken off and gone on with, the run gives the same.
     let out = at("again");
     let stopped = mics(&words(&shear, &out, &["--set", "time.end=0.1", "--quiet"]));
     assert!(stopped.status.success(), "{}", said(&stopped));
@@ -73,7 +73,7 @@ fn initial_from_continues_a_run_byte_for_byte() {
     );
     let lies = columns(&at("ground/particles.csv"));
     assert_eq!(lies["x"][lies["x"].len() - 6..], sheared["x"][..6]);
-    // What cannot be gone on with is refused.
+    // Runs that a case cannot begin from are refused.
     let refused = |text: &str, why: &str| {
         let output = mics(&words(&write("bad.toml", text), &at("bad"), &[]));
         let words = said(&output);

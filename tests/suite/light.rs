@@ -27,11 +27,10 @@ pub fn tank(width: f64, viscosity: f64, end: f64, bodies: &str) -> String {
     )
 }
 
-/// Fourteen discs rise in rows and pack under the lid; held there by friction, whether they can
-/// turn or not. What friction gives was corrected along the lines of centres alone: the pile slid
-/// to and fro and gained 0.6 of gravity's work where no disc turned. Then with eight sweeps over
-/// its contacts, of which too little came to the layers far from the lid: from 2 s on it slid to
-/// and fro again, 0.1 of that work.
+/// Fourteen discs rise in rows and pack under the lid; friction holds them there, whether they can
+/// turn or not. Corrected along the lines of centres alone, the pile slid to and fro and gained 0.6
+/// of gravity's work where no disc turned. With eight sweeps over its contacts, of which too little
+/// came to the layers far from the lid, it slid to and fro again from 2 s on, 0.1 of that work.
 #[test]
 fn discs_held_by_friction_under_lid_rest() {
     for (density, locked) in [(5.0, true), (50.0, false)] {
@@ -86,7 +85,7 @@ fn light_disc_starting_under_lid_stays_at_rest() {
             spin = {spin:?}\n"
         );
         let steps = steps_of(&tank(0.08, 0.01, 0.2, &disc));
-        // What it had by its fall over a thousandth of its diameter.
+        // Energy of its fall over a thousandth of its diameter (J).
         let fall = 990.0 * 9.81 * 0.25 * std::f64::consts::PI * 0.01f64.powi(2) * 1e-5;
         let (start, most) = (
             steps["kinetic_energy"][0],
@@ -180,18 +179,18 @@ fn given_back(steps: &HashMap<String, Vec<f64>>) -> f64 {
     back / steps["gravity_work"].iter().copied().fold(0.0, f64::max)
 }
 
-/// How often the acceleration of the one particle along gravity changed sign in the last fifty
-/// steps.
+/// Number of times that the acceleration of the one particle along gravity changed sign in the last
+/// fifty steps.
 fn flips(particles: &HashMap<String, Vec<f64>>) -> usize {
     let changes: Vec<f64> = particles["vy"].windows(2).map(|pair| pair[1] - pair[0]).collect();
     let last = &changes[changes.len() - 50..];
     last.windows(2).filter(|pair| pair[0] * pair[1] < 0.0 && pair[1].abs() > 1e-5).count()
 }
 
-/// A fluid that answers a contact with less than was expected leaves more than half of a deviation.
-/// Corrected as well where the two part, without knowing how heavy the fluid is, a light disc
-/// rattled under a lid where a step is about as long as a contact: its velocity changed sign with
-/// each, and contacts gave back 0.15 to 0.6 of gravity's work.
+/// A fluid that responds to a contact with less than expected leaves more than half of a velocity
+/// residual. Corrected where the two part as well, without the added mass, a light disc rattled
+/// under a lid where a step is about as long as a contact: its velocity changed sign with each, and
+/// contacts gave back 0.15 to 0.6 of gravity's work.
 #[test]
 fn light_disc_rests_under_lid_at_steps_of_contact_time() {
     let soft = "contact = { friction = 0.5, restitution = 0.5, normal_stiffness = 1.0e4 }\n\
@@ -212,11 +211,11 @@ fn light_disc_rests_under_lid_at_steps_of_contact_time() {
     }
 }
 
-/// The film in a wide gap takes a part of a deviation, however often it is looked at: corrected as
-/// if it held, a disc that rises freely to a lid and beds whose upper row is a little above contact
-/// made more energy in their first step than gravity gave them. The film of two that part holds
-/// them even where they touched for an instant of the step: corrected as a contact, which only
-/// presses, two light discs flew up from a floor.
+/// The film in a wide gap takes a part of a velocity residual, however often it is iterated:
+/// corrected as if it held, a disc that rises freely to a lid and beds whose upper row is a little
+/// above contact made more energy in their first step than gravity gave them. The film of two that
+/// part holds them even where they touched for an instant of the step: corrected as a contact,
+/// which only presses, two light discs flew up from a floor.
 #[test]
 fn lubrication_in_first_step_depends_on_gap_width() {
     let usual = "contact = { friction = 0.5, restitution = 0.5 }\ntime = { end = 0.1 }";
@@ -241,9 +240,9 @@ fn lubrication_in_first_step_depends_on_gap_width() {
 }
 
 /// A light disc and a light sphere that come to a lid through a viscous liquid, in steps of the
-/// run's own and in given ones. What the fluid that goes along with them kept of their speed once
-/// they touched was theirs for thirty steps, in which they did not move: 0.4 to 0.9 of gravity's
-/// spurious work, and the end of the run of the lightest.
+/// run's own and in given ones. The speed that their added mass kept once they touched was theirs
+/// for thirty steps, in which they did not move: a spurious gain of 0.4 to 0.9 of gravity's work,
+/// and the end of the run of the lightest.
 #[test]
 fn light_body_at_lid_position_change_equals_its_velocity() {
     fn at_lid(
@@ -330,10 +329,10 @@ fn light_disc_in_corner_rests() {
     assert!(back < 1e-3, "{back} of gravity's work back");
 }
 
-/// What a light body of few cells does in long steps of several stages is what it does in short
-/// ones. It expected of the flow the answer of a wall to a change of its velocity, less than half
-/// of what there is with its curvature and the pressure that viscosity makes: its velocity swung
-/// from step to step, more each time, and up to six cells across the run ended.
+/// A light body of few cells moves in long steps of several stages as in short ones. It expected of
+/// the flow the response of a wall to a change of its velocity, less than half of what there is
+/// with its curvature and the pressure that viscosity makes: its velocity swung from step to step,
+/// more each time, and up to six cells across the run ended.
 #[test]
 fn light_body_of_few_cells_has_same_speed_in_long_steps() {
     let speed = |shape: &str,

@@ -2,7 +2,7 @@
 
 use crate::motion::disc;
 use crate::support::{PERIODIC, box_case, petsc};
-use mics::method::Kind;
+use mics::method::MethodKind;
 use mics::scene::Scene;
 use nalgebra::Vector3;
 
@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 const N: usize = 32;
 const H: f64 = 1.0 / N as f64;
 const RADIUS: f64 = 0.13;
-/// Off the grid's symmetries.
+/// Centre of the disc (m), off the grid's symmetries.
 const CENTRE: [f64; 2] = [0.513, 0.481];
 const VISCOSITY: f64 = 0.07;
 /// Rate of the stagnation flow u = (A x, -A y) about the box's middle (1/s).
@@ -108,7 +108,7 @@ fn literal_force_of_eq_19_equals_sum_over_cells() {
             1,
         );
         let mut scene: Scene<2> = petsc.scene(&text);
-        assert_eq!(scene.method.kind(), Kind::Mixing);
+        assert_eq!(scene.method.kind(), MethodKind::Mixture);
         let grid = scene.domain.grid.clone();
         set_stagnation_flow(&mut scene);
         let mut fractions = grid.field();
@@ -122,7 +122,7 @@ fn literal_force_of_eq_19_equals_sum_over_cells() {
         let (found, body) = (scene.state.exchange[0], &scene.state.bodies[0]);
         let force = hand.convective + hand.pressure + hand.viscous;
         for (name, found, hand) in [
-            ("convective", found.convective, hand.convective),
+            ("convective", found.remainder, hand.convective),
             ("pressure", found.pressure, hand.pressure),
             ("viscous", found.viscous, hand.viscous),
             ("torque", found.literal_torque, hand.torque),

@@ -7,7 +7,7 @@ use mics::Result;
 use mics::grid::{Boundaries, BoundaryKind, GHOSTS, Grid};
 use mics::kernels::faces::FaceCoefficient;
 use mics::petsc::{Choice, Layout, LinearSolver, Session};
-use mics::poisson::{ModeFace, Poisson, Rows};
+use mics::poisson::{MatrixRows, ModeFace, Poisson};
 use mics::sharing::Sharing;
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
@@ -18,7 +18,7 @@ const NX: usize = 14;
 const NY: usize = 12;
 const N: usize = NX * NY;
 
-/// Two for each of three bodies, and as many again for the one that turns.
+/// Number of modes: two for each of three bodies, and as many again for the one that turns.
 const MODES: usize = 8;
 /// The bodies that turn, where all modes are there.
 const TURNING: [u32; 1] = [1];
@@ -118,7 +118,7 @@ impl System {
             grid.rows().flatten().map(|c| grid.global_cell(c)).map(|[x, y]| x + NX * y).collect();
         let mut matrix = None;
         let pattern = || {
-            let (rows, pattern) = Rows::new(&layout, &grid);
+            let (rows, pattern) = MatrixRows::new(&layout, &grid);
             matrix = Some(rows);
             pattern
         };

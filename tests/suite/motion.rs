@@ -14,8 +14,8 @@ pub fn disc(diameter: f64, place: [f64; 2], density: f64, more: &str) -> String 
     )
 }
 
-/// Of eight cells a diameter, let go in a box ten diameters wide, over the ten steps after the
-/// first.
+/// A disc of eight cells a diameter, let go in a box ten diameters wide, over the ten steps after
+/// the first.
 #[test]
 fn disc_of_density_ratio_10000_falls_freely() {
     let petsc = petsc();

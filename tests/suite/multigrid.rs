@@ -73,7 +73,7 @@ impl<const D: usize> Case<D> {
         self
     }
 
-    /// How much of the cell-sized box about a point a ball fills, by a count of points.
+    /// Share of the cell-sized box about a point that a ball fills, by a count of points.
     fn part(&self, ball: &[f64; D], middle: [f64; D]) -> f64 {
         let reach = (0..D).map(|a| (middle[a] - ball[a]).powi(2)).sum::<f64>().sqrt() - self.radius;
         let corner = self.h.iter().map(|h| 0.25 * h * h).sum::<f64>().sqrt();

@@ -166,7 +166,7 @@ fn body_above_bed_feels_no_end_of_period() {
     }
 }
 
-/// What the fluid does to obstacles is measured, drawn and reported as what it does to particles.
+/// Forces of the fluid on obstacles are measured, drawn and reported as those on particles.
 #[test]
 fn obstacle_force_and_torque_are_in_measures_figures_and_report() {
     let dir = tempfile::tempdir().unwrap();

@@ -2,7 +2,7 @@
 
 use crate::support::{PERIODIC, Petsc, box_case, mics, order, petsc};
 use mics::config::load;
-use mics::geometry::shapes::{Obstacle, Room};
+use mics::geometry::shapes::{Extent, Obstacle};
 use mics::particles::Body;
 use mics::scene::Scene;
 use nalgebra::Vector3;
@@ -26,7 +26,7 @@ fn tilted_channel(petsc: &Petsc, n: usize, offset: f64) -> f64 {
     let open = width / along.x;
     let (low, high) = (offset + open, offset + 1.0);
     let outline = vec![[0.0, low], [2.0, low + 1.0], [2.0, high + 1.0], [0.0, high]];
-    let room = Room { size: Vector3::new(2.0, 1.0, 1.0), periodic: [true, true, false] };
+    let room = Extent { size: Vector3::new(2.0, 1.0, 1.0), periodic: [true, true, false] };
     let obstacle = Obstacle::outlines(&[outline], &room).unwrap();
     let more = format!(
         "[drive]\nforce = [{:?}, {:?}]\n[pressure]\ndivergence_limit = 1.0e-9\n",
@@ -45,7 +45,7 @@ fn tilted_channel(petsc: &Petsc, n: usize, offset: f64) -> f64 {
     let flow: f64 = grid.rows().flatten().map(|c| scene.state.faces[0][c]).sum::<f64>()
         / (2 * n) as f64
         / n as f64;
-    // What passes a line across x is what passes the channel.
+    // The flow through a line across x is that through the channel.
     let exact = force * width.powi(3) / (12.0 * viscosity);
     flow / exact - 1.0
 }
@@ -172,7 +172,7 @@ fn creeping_flow_over_corners_is_stable_wherever_they_lie() {
     }
 }
 
-/// The same at 500 random places and angles: a minute.
+/// Creeping flow over corners at 500 random places and angles: a minute.
 #[test]
 #[ignore = "500 runs"]
 fn creeping_flow_over_corners_is_stable_at_500_random_places_and_angles() {

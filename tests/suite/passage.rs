@@ -235,8 +235,8 @@ fn initial_from_with_feed_of_own_bodies() {
     }
 }
 
-/// What returns sets the flow off anew, and the next step is as short as the first: in one as long
-/// as viscosity's stages make it, ten times the body's energy was gained, and the run ended.
+/// A body that returns sets the flow off anew, and the next step is as short as the first: in one
+/// as long as viscosity's stages make it, ten times its energy was gained, and the run ended.
 #[test]
 fn returning_light_disc_has_no_energy_gain() {
     let dir = tempfile::tempdir().unwrap();

@@ -63,8 +63,8 @@ fn petsc_options_are_used_and_unused_ones_named() {
         ];
         let output = mics(&[&words[..], options].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
-        // What nothing knows is said after the first solve, on stderr; what is used at the end
-        // alone is not.
+        // Options that nothing knows are named after the first solve, on stderr; those that are
+        // used at the end alone are not.
         assert_eq!(
             text(&output.stderr).contains("warning: PETSc option"),
             name == "b",

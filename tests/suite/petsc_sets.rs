@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 /// A row of the page's table.
 struct Set {
     options: Vec<String>,
-    /// What happens in the closed box with s = 2.65.
+    /// Outcome in the closed box with s = 2.65, in the page's words.
     happens: String,
     /// Its other cells: whether they have a number.
     works: Vec<bool>,
 }
 
-/// The scenes of the cells, as overrides, in their order; the second one is that of what happens.
+/// The scenes of the cells, as overrides, in their order; the second one is that of `happens`.
 const SCENES: [&[&str]; 5] = [
     &["swarm.0.density=100.0"],
     &[],

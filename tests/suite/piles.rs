@@ -108,9 +108,9 @@ const WEDGED: [[f64; 4]; 20] = [
     [0.012556242, 0.000999976, 6.1e-8, 1.6e-8],
 ];
 
-/// Of what discs that are put down weigh, contacts know nothing in the first step, and ask the
-/// fluid's answer until they do: a disc wedged between others made them overshoot further each
-/// time.
+/// Contacts know nothing in the first step of the weight of discs that are put down, and ask for
+/// the fluid's response until they do: a disc wedged between others made them overshoot further
+/// each time.
 #[test]
 fn pile_with_wedged_disc_starts_without_energy_gain() {
     let petsc = petsc();
@@ -141,8 +141,8 @@ fn pile_with_wedged_disc_starts_without_energy_gain() {
             e.losses.method,
             e.losses.contacts
         );
-        // How contacts and the method share what the first step takes says little: it goes by the
-        // way that the discs fell before they were held.
+        // The shares of contacts and of the method in the loss of the first step say little: they
+        // go by the way that the discs fell before they were held.
         assert!(
             e.fluid + e.bodies < 0.3 * e.work.gravity && e.losses.method > -0.1 * e.work.gravity,
             "{e:?}"

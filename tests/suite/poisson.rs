@@ -4,6 +4,7 @@ use crate::support::{Petsc, box_case, order, petsc};
 use mics::grid::Coefficient;
 use mics::kernels::faces::{self, FaceCoefficient};
 use mics::method::flow::Flow;
+use mics::poisson::pressure::Accuracy;
 use mics::scene::Scene;
 use std::f64::consts::PI;
 
@@ -105,7 +106,7 @@ fn poisson_density_ratios_1e_3_to_1e4_solved_to_d0() {
             let done = scene
                 .domain
                 .projection
-                .project(&grid, &mut scene.domain.boundaries, b, 0.01, p, u, None)
+                .project(&grid, &mut scene.domain.boundaries, b, 0.01, p, u, Accuracy::Full)
                 .unwrap();
             let mut divergence = grid.field();
             faces::divergence(&grid, &scene.state.faces, &mut divergence);

@@ -255,7 +255,7 @@ fn new_copies_shipped_case_under_own_name() {
     let begun = std::fs::read_to_string(&case).unwrap();
     assert!(begun.contains("name = \"my-bed\"") && begun.starts_with("#:schema case.schema.json"));
     assert!(own.join("case.schema.json").is_file() && !begun.contains("reference ="), "{begun}");
-    // What is there stays, and a name that is none is answered with what was probably meant.
+    // A folder that is there stays, and an unknown name is answered with what was probably meant.
     let again = mics(&["new", own.to_str().unwrap()]);
     assert_eq!(again.status.code(), Some(2));
     assert!(text(&again.stderr).contains("is there already"), "{}", text(&again.stderr));

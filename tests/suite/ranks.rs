@@ -1,4 +1,4 @@
-//! The same run on 1, 2 and 4 ranks gives the same answer to the solver's tolerance, in 2D and 3D,
+//! A run on 1, 2 and 4 ranks gives the same answer to the solver's tolerance, in 2D and 3D,
 //! periodic and not.
 
 use crate::modes::in_processes;
@@ -20,7 +20,7 @@ fn expect_the_same(text: &str) {
     expect_the_same_on([1, 2, 4], text);
 }
 
-/// The same on other numbers of ranks, of which the first is the standard.
+/// Runs a case on other numbers of ranks, and compares with the first of them.
 fn expect_the_same_on<const N: usize>(ranks: [usize; N], text: &str) {
     let dir = tempfile::tempdir().unwrap();
     let case = dir.path().join("case.toml");

@@ -246,7 +246,7 @@ fn second_ctrl_c_stops_at_once() {
         let mut process = held(&case, &out, || out.join("steps.csv").exists());
         signal(&process, "INT");
         signal(&process, "CONT");
-        // Of two that come before the first is taken the system makes one.
+        // The system makes one of two signals that come before the first is taken.
         let status = format!("/proc/{}/status", process.id());
         let untaken = "ShdPnd:\t0000000000000002";
         wait_until(&mut process, || !std::fs::read_to_string(&status).unwrap().contains(untaken));

@@ -1,11 +1,10 @@
-//! Friction, rolling and what turns a body, through the whole step and against what is known of
-//! them.
+//! Friction, rolling and torques on a body, through the whole step and against theory.
 
 use crate::support::{SHARP, box_case, petsc};
 use mics::particles::Body;
 use mics::scene::Scene;
 
-/// Of the floor (N/m).
+/// Normal stiffness of contacts with the floor (N/m).
 const STIFFNESS: f64 = 2e4;
 
 /// A disc (2D) or sphere of diameter 1 and density 1 that rests on a floor, in a gas of a
@@ -153,7 +152,7 @@ fn shear(scene: &mut Scene<3>, flow: usize, across: usize) {
     scene.start().unwrap();
 }
 
-/// The same flow along other axes turns the sphere the same way, component by component.
+/// A shear flow along any axes turns the sphere the same way, component by component.
 #[test]
 fn sphere_spin_in_shear_equal_about_every_axis() {
     let petsc = petsc();
@@ -272,8 +271,8 @@ fn pile_of_three_discs_stands_by_static_rolling_friction() {
     }
 }
 
-/// What holds does no work, though every contact of the pile alone would let its discs slip: each
-/// is held by several.
+/// Friction that holds does no work, though every contact of the pile alone would let its discs
+/// slip: each disc is held by several.
 #[test]
 fn friction_in_standing_pile_does_no_work() {
     let petsc = petsc();
@@ -303,9 +302,9 @@ fn friction_in_standing_pile_does_no_work() {
 }
 
 /// A disc and a sphere of a thousandth of the fluid's density that rest under a lid which resists
-/// rolling do not begin to turn, in steps of any length. The torque, as large as what presses a
-/// body of no inertia of its own asks for, turned it over and back in each substep: 2 rad/s for
-/// ever, or the run's end.
+/// rolling do not begin to turn, in steps of any length. The torque that the contact force allows
+/// turned a body of no inertia of its own over and back in each substep: 2 rad/s for ever, or the
+/// run's end.
 #[test]
 fn massless_body_rests_with_rolling_friction() {
     fn spins<const D: usize>(friction: f64, dt: f64) -> f64 {

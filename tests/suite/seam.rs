@@ -180,8 +180,8 @@ fn slope(dir: &Path, name: &str, gravity: &str, start: &str) -> std::path::PathB
     dir.join(name)
 }
 
-/// What pushed and pressed a body under the old gravity is no part of its first step under the new
-/// one.
+/// The acceleration and the contact forces of a body under the old gravity are no part of its first
+/// step under the new one.
 #[test]
 fn first_step_after_tilted_gravity_equals_fresh_start() {
     let dir = tempfile::tempdir().unwrap();
@@ -211,7 +211,7 @@ fn first_step_after_tilted_gravity_equals_fresh_start() {
             ["x", "y"].map(|name| bodies[name].last().unwrap() - bodies[name][0])
         });
         println!("{gravity}: {tilted:?} m after the tilt, {fresh:?} m put down");
-        // How long a film holds what is pulled off depends on how thin it was.
+        // The time that a film holds a body which is pulled off depends on how thin it was.
         let (way, off) =
             (fresh[0].hypot(fresh[1]), (tilted[0] - fresh[0]).hypot(tilted[1] - fresh[1]));
         let allowed = if gravity.starts_with("[0.0") { 0.3 } else { 0.03 };

@@ -46,7 +46,7 @@ checkpoint = { every_steps = 2 }
 figures = false
 "#;
 
-/// The same in 3D.
+/// A flow in 3D past bodies of all kinds.
 const DEEP: &str = r#"name = "deep"
 [domain]
 size = [0.16, 0.08, 0.08]
@@ -105,7 +105,7 @@ fn written(folder: &Path, text: &str) -> PathBuf {
     folder.join("case.toml")
 }
 
-/// What a command prints, which must succeed.
+/// Output of a command, which must succeed.
 fn printed(words: &[&str]) -> String {
     let output = mics(words);
     let said =
@@ -114,7 +114,7 @@ fn printed(words: &[&str]) -> String {
     said
 }
 
-/// What it prints where it must fail.
+/// Message of `mics check` on a case that it must refuse.
 fn refused(case: &Path) -> String {
     let output = mics(&["check", case.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");

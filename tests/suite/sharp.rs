@@ -121,8 +121,8 @@ fn torque_on_spun_up_disc_matches_exact_swirl() {
     }
 }
 
-/// What a body takes over slowly, beside pressure and wall shear, hides an error in either: their
-/// sum has to be the force by itself.
+/// The filtered force defect, beside pressure and wall shear, hides an error in either: their sum
+/// has to be the force by itself.
 #[test]
 fn fixed_disc_pressure_and_surface_shear_equal_momentum_force() {
     let petsc = petsc();

@@ -66,7 +66,7 @@ fn polyhedral_sphere(times: u32, radius: f64) -> Polyhedron {
     Polyhedron::new(&mesh, 0.0).unwrap()
 }
 
-/// Of sharp surfaces the normals count, which jump by 5.6 degrees from side to side: the drag
+/// The normals of sharp surfaces count, which jump by 5.6 degrees from side to side: the drag
 /// scatters with the place, by less as the square of the number of sides.
 #[test]
 fn polygon_of_64_sides_has_drag_of_disc() {
@@ -127,7 +127,7 @@ fn over_sphere(shape: f64, sphere: f64, volume: f64) -> f64 {
     1.0 / (alone / shape - alone / sphere + 1.0)
 }
 
-/// Its axes scaled to the volume of a sphere of diameter 1 m.
+/// A spheroid of this ratio of axes, of the volume of a sphere of diameter 1 m.
 fn spheroid(ratio: f64) -> Ellipsoid {
     let across = ratio.powf(-1.0 / 3.0);
     Ellipsoid::new([ratio * across, across, across])
@@ -205,7 +205,7 @@ fn polygon_and_clump_momentum_exchange_conserved() {
 #[test]
 fn ellipse_in_shear_spins_by_jeffery() {
     let petsc = petsc();
-    // Of a short axis of eight cells; the box is six long ones wide.
+    // The short axis has eight cells; the box is six long ones wide.
     let (r, cells, wide) = (2.0f64, 8usize, 12.0);
     let (n, speed) = ((wide * cells as f64) as usize, 0.5 * wide);
     let [south, north] = [-speed, speed].map(|u| format!("{{ moving_wall = [{u:?}, 0.0] }}"));
@@ -235,9 +235,9 @@ fn ellipse_in_shear_spins_by_jeffery() {
     }
 }
 
-/// The drag over a sphere's of the same volume, and what it is, by name: of spheroids Oberbeck
-/// 1876, of the dumbbell Jeffrey & Onishi 1984, of the cube Pettyjohn & Christiansen 1948, of
-/// superquadrics Strakl et al. 2022.
+/// Compares the drag over a sphere's of the same volume with the known one, by name: of spheroids
+/// Oberbeck 1876, of the dumbbell Jeffrey & Onishi 1984, of the cube Pettyjohn & Christiansen 1948,
+/// of superquadrics Strakl et al. 2022.
 fn expect_stokes_drag(session: &Session, at: (f64, usize), wanted: &[&str], allowed: f64) {
     let still = Vector3::zeros();
     let across = Vector3::new(0.0, 0.0, FRAC_PI_2);
@@ -268,7 +268,7 @@ fn expect_stokes_drag(session: &Session, at: (f64, usize), wanted: &[&str], allo
         let force = creeping(session, &shape, turn, at);
         let off = over_sphere(force, sphere, PI / 6.0) / exact - 1.0;
         println!("{what}: {:.4}, {:+.2} %", exact * (1.0 + off), 100.0 * off);
-        // Of sharp edges the error is of first order.
+        // The error at sharp edges is of first order.
         let allowed = match what {
             "sphere of 1280 triangles" => 2e-3,
             "cube face on" | "cube corner on" => 0.05,

@@ -1,4 +1,4 @@
-//! What the fluid and contacts do to a body's spin, in the steps that a run chooses.
+//! Effects of the fluid and of contacts on a body's spin, in the steps that a run chooses.
 
 use crate::support::{columns, run};
 use std::collections::HashMap;
@@ -129,8 +129,8 @@ fn rolling_without_slip_down_a_slope_in_liquid() {
     }
 }
 
-/// Next to all that turns with a light body is fluid. What contacts and films do to its spin, and
-/// what the fluid does to it, must not answer each other's errors from step to step.
+/// Next to all that turns with a light body is fluid. The changes of its spin by contacts and
+/// films, and those by the fluid, must not respond to each other's errors from step to step.
 #[test]
 fn light_discs_at_lid_come_to_rest_without_spin() {
     let one = "[[particle]]\nshape.disc.diameter = 0.004\ndensity = 5.0\n\
@@ -159,8 +159,8 @@ fn light_discs_at_lid_come_to_rest_without_spin() {
     }
 }
 
-/// What turns a disc in a fluid is taken by viscosity, with what lies on the disc's wall: `2 mu
-/// w^2` of its volume, half of it all here.
+/// The work that turns a disc in a fluid is the viscous loss, with the part on the disc's surface:
+/// `2 mu w^2` of its volume, half of it all here.
 #[test]
 fn work_of_spinning_disc_equals_viscous_loss() {
     let disc = "particle = \

@@ -118,8 +118,8 @@ fn resumed_run_has_same_statistics_and_probes() {
     assert!(cpu(&broken) > first, "{} s, the first half took {first} s", cpu(&broken));
 }
 
-/// The cells inside a body with sharp surfaces hold what continues the fluid's profile: that is no
-/// velocity of anything.
+/// The cells inside a body with sharp surfaces hold a continuation of the fluid's profile, which is
+/// no velocity of anything.
 #[test]
 fn probe_inside_body_has_body_velocity_and_id() {
     for wall in ["sharp", "mixing"] {
@@ -159,15 +159,15 @@ fn statistics_of_steady_channel_are_poiseuille_without_fluctuations() {
 const TERMS: [&str; 8] = [
     "drive",
     "gravity",
-    "border_pressure",
-    "border_shear",
-    "border_flow",
+    "boundary_pressure",
+    "boundary_shear",
+    "boundary_flow",
     "contacts",
     "held",
     "passages",
 ];
 
-/// What the rows of `balance.csv` miss, by axis, and their largest terms (N).
+/// Imbalance of the rows of `balance.csv`, by axis, and their largest terms (N).
 fn missing(balance: &HashMap<String, Vec<f64>>) -> [[f64; 2]; 2] {
     std::array::from_fn(|axis| {
         let given: f64 = TERMS.iter().map(|name| balance[*name][axis]).sum();
@@ -226,8 +226,8 @@ fn mean_balance_of_momentum_closes_in_driven_channel() {
                 );
                 // Without any of these it would not close.
                 let needed = [
-                    &["drive", "border_shear", "held"][..],
-                    &["gravity", "border_pressure", "contacts", "held"],
+                    &["drive", "boundary_shear", "held"][..],
+                    &["gravity", "boundary_pressure", "contacts", "held"],
                 ];
                 for name in needed[axis] {
                     assert!(
@@ -236,8 +236,8 @@ fn mean_balance_of_momentum_closes_in_driven_channel() {
                     );
                 }
             }
-            // The same sums from the rows of the steps: from 0.1 s on, and up to the last third
-            // one.
+            // The rows of the steps have the same sums: from 0.1 s on, and up to the last step that
+            // is a multiple of three.
             let steps = columns(&out.join("steps.csv"));
             let over = |name: &str| steps[name][26..100].iter().sum::<f64>();
             let duration = over("dt");
@@ -245,8 +245,8 @@ fn mean_balance_of_momentum_closes_in_driven_channel() {
             for (axis, x) in ["x", "y"].into_iter().enumerate() {
                 let momentum = &steps[&format!("momentum_{x}")];
                 let change = (momentum[99] - momentum[25]) / duration;
-                let boundary = over(&format!("border_impulse_{x}")) / duration;
-                let told: f64 = ["border_pressure", "border_shear", "border_flow"]
+                let boundary = over(&format!("boundary_impulse_{x}")) / duration;
+                let told: f64 = ["boundary_pressure", "boundary_shear", "boundary_flow"]
                     .iter()
                     .map(|name| balance[*name][axis])
                     .sum();

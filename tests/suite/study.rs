@@ -58,7 +58,7 @@ pub fn written(study: &str) -> (tempfile::TempDir, PathBuf) {
     (dir, file)
 }
 
-/// What the study says, and how it ends.
+/// Exit status of a study, and what it says on both channels.
 pub fn study(file: &Path, out: &Path, more: &[&str]) -> (Option<i32>, String, String) {
     let words = ["study", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
     let output = mics(&[&words[..], more].concat());
@@ -133,7 +133,7 @@ fn study_writes_rows_and_figures_and_resumes() {
     );
     assert!(said.contains("| N | solver | speed | error |") && said.contains("failed: "), "{said}");
 
-    // What is done stays; what is not, or is another run by now, is done.
+    // Runs that are done stay; those that are not, or are other runs by now, are done.
     std::fs::remove_dir_all(out.join("runs/N=16,solver=cg/2")).unwrap();
     std::fs::write(&file, STUDY.replace("0.01 }", "0.0125 }")).unwrap();
     let (code, said, error) = study(&file, &out, &[]);
@@ -317,7 +317,7 @@ fn wrong_study_file_is_refused_with_line_and_cure() {
         let out = dir.path().join("out");
         let (code, _, error) = study(&file, &out, &[]);
         assert_eq!(code, Some(2), "{to}: {error}");
-        // What is missing at the top has no line.
+        // A key that is missing at the top has no line.
         let place = if line == 0 {
             "tiny.study.toml: ".into()
         } else {

@@ -1,4 +1,4 @@
-//! What the runs of a study are compared with, run by run, and spreads over positions.
+//! References of the runs of a study, run by run, and spreads over positions.
 
 use crate::study::{rows, study, written};
 use std::collections::HashMap;

@@ -1,5 +1,5 @@
-//! What the tests share: PETSc behind a lock (it is one per process), scenes from text, runs of the
-//! program.
+//! Common parts of the tests: PETSc behind a lock (it is one per process), scenes from text, runs
+//! of the program.
 
 use mics::config::{Case, load};
 use mics::petsc::Session;
@@ -90,7 +90,7 @@ pub fn command(program: &str) -> Command {
     command
 }
 
-/// What OpenMPI asks of a superuser who starts ranks.
+/// Variables that OpenMPI asks of a superuser who starts ranks.
 pub const AS_ROOT: [(&str, &str); 2] =
     [("OMPI_ALLOW_RUN_AS_ROOT", "1"), ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")];
 

@@ -5,7 +5,7 @@ use crate::support::{PERIODIC, SHARP, box_case, order, petsc};
 use mics::scene::Scene;
 use nalgebra::Vector3;
 
-/// How a scene is laid into the box: axis `a` of it along axis `axes[a]`, from the other end where
+/// Placement of a scene in the box: axis `a` of it along axis `axes[a]`, from the other end where
 /// `mirrored[a]`.
 #[derive(Clone, Copy, Debug)]
 struct Image<const D: usize> {
@@ -34,14 +34,14 @@ impl<const D: usize> Image<D> {
         image
     }
 
-    /// What an image's vector is in the scene itself.
+    /// The vector in the scene itself of an image's vector.
     fn back(&self, v: &Vector3<f64>) -> Vector3<f64> {
         Vector3::from_fn(|a, _| {
             if a < D { v[self.axes[a]] * if self.mirrored[a] { -1.0 } else { 1.0 } } else { v[a] }
         })
     }
 
-    /// The same of a spin: a mirror turns it round.
+    /// The spin in the scene itself of an image's spin: a mirror turns it round.
     fn spin_back(&self, w: &Vector3<f64>) -> Vector3<f64> {
         let mut sign =
             if self.mirrored.iter().filter(|m| **m).count() % 2 == 1 { -1.0 } else { 1.0 };
@@ -212,7 +212,7 @@ fn parting<const D: usize>(cells: [usize; D], steps: usize, limit: f64) -> [f64;
 
 #[test]
 fn mirror_symmetric_pair_stays_symmetric_in_any_order() {
-    // What the solver leaves is no more than itself: no cell changes hands by it.
+    // The solver's residual leaves no more than itself: no cell changes sides by it.
     for (limit, most) in [(1e-11, 1e-8), (1e-6, 1e-5)] {
         for off in [parting([29, 24], 60, limit), parting([29, 20, 13], 40, limit)] {
             println!(

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 const SIDES: [&str; 4] = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"wall\""];
 
-/// What a run of one time unit ends with.
+/// State and forces at the end of a run of one time unit.
 struct End {
     /// Velocities of the cells outside (m/s).
     fluid: Vec<f64>,
@@ -117,8 +117,8 @@ fn disc_crossing_cells_depends_weakly_on_step_length() {
     }
 }
 
-/// What a steady flow is must not be a matter of the step: the faces would leak by what they have
-/// of the pressure beyond the cells.
+/// A steady flow must not depend on the step: the faces would leak by what they have of the
+/// pressure beyond the cells.
 #[test]
 fn lattice_drag_in_creeping_flow_does_not_depend_on_the_step() {
     let petsc = petsc();
@@ -145,9 +145,9 @@ fn lattice_drag_in_creeping_flow_does_not_depend_on_the_step() {
     assert!((middle / short - 1.0).abs() < 2e-3 && (long / short - 1.0).abs() < 4e-3);
 }
 
-/// The same where the flow binds the step: a disc of 8 cells in a stream at a Reynolds number of
-/// 100, Courant numbers of about 0.1 and 0.9. Where faces went by the last pressure for the whole
-/// step, it had 1.6 % more drag at 0.9.
+/// Drag where the Courant number binds the step: a disc of 8 cells in a stream at a Reynolds number
+/// of 100, Courant numbers of about 0.1 and 0.9. Where faces went by the last pressure for the
+/// whole step, it had 1.6 % more drag at 0.9.
 #[test]
 fn disc_drag_in_stream_does_not_depend_on_the_step() {
     let petsc = petsc();
@@ -173,8 +173,8 @@ fn disc_drag_in_stream_does_not_depend_on_the_step() {
     assert!((long / short - 1.0).abs() < 3e-3, "{short} {long}");
 }
 
-/// What is imposed at a wall has a part that turns: with ten stages, which nothing but a fixed disc
-/// would forbid, the drag at this place goes to and fro by some thousandths for ever.
+/// The velocity imposed at a wall has a part that oscillates: with ten stages, which nothing but a
+/// fixed disc would forbid, the drag at this place goes to and fro by some thousandths for ever.
 #[test]
 fn fixed_disc_drag_steady_in_longest_steps() {
     let dir = tempfile::tempdir().unwrap();

@@ -20,7 +20,7 @@ const SIZE: u32 = 600;
 /// Snapshots that make a good film, for advice.
 const GOOD: f64 = 50.0;
 
-/// What `mics film` is asked for.
+/// Options of `mics film`.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Request {
     /// The run's folder.
@@ -213,7 +213,7 @@ impl Request {
     }
 }
 
-/// How a run gets the snapshots that a film needs.
+/// Advice on how a run gets the snapshots that a film needs.
 fn cure(run: &Run) -> String {
     let end = run.case.time.end;
     let least = end / GOOD;

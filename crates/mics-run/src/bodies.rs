@@ -13,11 +13,11 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// What the files with bodies begin with, before the number of their step.
+/// Beginning of the names of files with bodies, before the number of their step.
 pub const PREFIX: &str = "bodies-";
 
-/// What the files with the surfaces of obstacles begin with: of those that rest there is one file,
-/// of others the number of the step follows.
+/// Beginning of the names of files with the surfaces of obstacles: one file where none moves; where
+/// any does, the number of the step follows.
 pub const OBSTACLES: &str = "obstacles";
 
 /// Where a body is at a moment.
@@ -25,14 +25,14 @@ pub const OBSTACLES: &str = "obstacles";
 pub struct Pose {
     /// Its centre (m).
     pub centre: [f64; 3],
-    /// How fast its centre moves (m/s).
+    /// Speed of its centre (m/s).
     pub speed: f64,
-    /// How it is turned since the start, where that is known.
+    /// Its rotation since the start, where that is known.
     pub orientation: Option<UnitQuaternion<f64>>,
 }
 
 impl Pose {
-    /// Of a body of which nothing but the centre (m) is known.
+    /// The pose of a body of which only the centre (m) is known.
     pub fn at(centre: [f64; 3]) -> Pose {
         Pose { centre, speed: 0.0, orientation: None }
     }
@@ -47,7 +47,7 @@ pub fn beside(snapshot: &Path) -> PathBuf {
 }
 
 /// Reads the bodies of a snapshot's moment, by their numbers in a case of so many particles: these,
-/// and after them obstacles that move.
+/// and after them all obstacles where any of them moves.
 ///
 /// # Errors
 /// As those of [`read`].
@@ -55,14 +55,14 @@ pub fn of(snapshot: &Path, particles: usize) -> Result<HashMap<usize, Pose>> {
     let mut all = read(&beside(snapshot))?;
     let step = snapshot.file_stem().unwrap_or_default().to_string_lossy();
     let obstacles = read(&snapshot.with_file_name(format!("{OBSTACLES}-{step}.vtp")))?;
-    // All of them are there. Files of older versions count them after the particles.
+    // The file lists all obstacles; older versions number them after the particles.
     let first = obstacles.keys().copied().min().unwrap_or(0);
     all.extend(obstacles.into_iter().map(|(id, pose)| (particles + id - first, pose)));
     Ok(all)
 }
 
-/// Reads the bodies of a file, by their numbers; none where there is no
-/// file, since a moment without bodies has none.
+/// Reads the bodies of a file, by their numbers; none where there is no file, since a moment
+/// without bodies has no file.
 ///
 /// # Errors
 /// When the file cannot be read or is not of that form.

@@ -8,12 +8,12 @@ use std::fmt;
 /// A measured value beside its reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
-    /// What was measured; none where the run gave no value.
+    /// Measured value; none where the run gave no value.
     pub value: Option<f64>,
-    /// What it ought to be.
+    /// Expected value or band.
     pub reference: Reference,
-    /// How far from it still passes, as a part of the reference (of a band: of its middle, beyond
-    /// its ends).
+    /// Largest difference that passes, as a part of the reference (of a band: beyond its ends, as a
+    /// part of its middle).
     pub tolerance: f64,
     /// The error, as a part of the reference (of a band: against its middle).
     pub error: Option<f64>,
@@ -58,8 +58,8 @@ impl Comparison {
         })
     }
 
-    /// How far the value is from the reference, in words: as a part of it, or where in a band, from
-    /// 0 at its lower to 100 % at its upper end; nothing where there is no value.
+    /// Difference of the value from the reference in words: a part of the reference, or the place
+    /// in a band, from 0 at its lower to 100 % at its upper end; nothing where there is no value.
     pub fn difference(&self) -> Option<String> {
         match self.reference {
             Reference::Value(_) => self.error.map(signed_percent),

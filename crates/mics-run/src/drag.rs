@@ -24,7 +24,7 @@ pub fn boundary_layer(diameter: f64, reynolds: f64) -> f64 {
 pub fn terminal_speed(sphere: bool, diameter: f64, weight: f64, viscosity: f64) -> f64 {
     // V/S.
     let depth = if sphere { 2.0 / 3.0 * diameter } else { 0.25 * PI * diameter };
-    // Of Cd = 1, and of any drag at all.
+    // Terminal speed at Cd = 1 (m/s), and the least Cd, at high Reynolds numbers.
     let plain = (2.0 * weight * depth).sqrt();
     let least = if sphere { 0.44f64 } else { 1.0 };
     if viscosity > 0.0 {
@@ -34,7 +34,7 @@ pub fn terminal_speed(sphere: bool, diameter: f64, weight: f64, viscosity: f64) 
     }
 }
 
-/// The Reynolds number at which `Cd Re^2` is the square of `drive`, which that of Cd = 1 would be.
+/// Reynolds number at which `Cd Re^2` is `drive^2`; `drive` is the Reynolds number at Cd = 1.
 fn terminal_reynolds(sphere: bool, drive: f64) -> f64 {
     let drag = |re: f64| match sphere {
         true if re > 1000.0 => 0.44,

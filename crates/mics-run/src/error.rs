@@ -19,9 +19,9 @@ pub enum Error {
         /// Dotted path of the offending key (`particle.0.density`), empty where the whole file is
         /// meant.
         key: String,
-        /// What is wrong and what would be right.
+        /// The fault, and what would be right.
         message: String,
-        /// What gave the key.
+        /// Origin of the key.
         given: Given,
     },
     /// The command line is wrong; nothing has been written.
@@ -40,7 +40,7 @@ pub enum Error {
     Override {
         /// The override as it was given.
         given: String,
-        /// What is wrong with it.
+        /// The fault in it.
         why: String,
     },
     /// The run failed: a promise (divergence below D0, say) could not be kept.
@@ -66,7 +66,7 @@ pub enum Error {
     },
 }
 
-/// A number of the state that is infinite or none.
+/// A quantity of the state that is infinite or not a number.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NotFinite {
     /// A velocity of the fluid; who holds the fields can say where.
@@ -115,7 +115,7 @@ impl fmt::Display for NotFinite {
     }
 }
 
-/// What gave a key of a case.
+/// Origin of a key of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Given {
     /// The case file, or nothing.

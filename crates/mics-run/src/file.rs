@@ -5,25 +5,25 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-/// A file under the name that it has until it is whole; dropped before [`Part::commit`], it leaves
-/// nothing.
-pub struct Part {
+/// A file under the name that it has until it is whole; dropped before [`PartFile::commit`], it
+/// leaves nothing.
+pub struct PartFile {
     path: PathBuf,
     done: bool,
 }
 
-impl Part {
+impl PartFile {
     /// Begins the file that will be at `path`, in a folder that is made where there is none.
     ///
     /// # Errors
     /// When it cannot be made.
-    pub fn create(path: &Path) -> Result<(Part, File)> {
+    pub fn create(path: &Path) -> Result<(PartFile, File)> {
         let name = part(path);
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(Error::io(folder))?;
         }
         let file = File::create(&name).map_err(Error::io(&name))?;
-        Ok((Part { path: path.to_owned(), done: false }, file))
+        Ok((PartFile { path: path.to_owned(), done: false }, file))
     }
 
     /// Gives it its name.
@@ -37,7 +37,7 @@ impl Part {
     }
 }
 
-impl Drop for Part {
+impl Drop for PartFile {
     fn drop(&mut self) {
         if !self.done {
             // Half a file (a full disk) is of no use, and would keep space that the next one needs.
@@ -61,7 +61,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     replace_by(path, |file| file.write_all(bytes).map_err(Error::io(part(path))))
 }
 
-/// The same, piece by piece.
+/// Writes a whole file or none, piece by piece.
 ///
 /// # Errors
 /// When the file cannot be written, or `write` says so.
@@ -69,7 +69,7 @@ pub fn replace_by(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
 ) -> Result<()> {
-    let (whole, file) = Part::create(path)?;
+    let (whole, file) = PartFile::create(path)?;
     let mut file = BufWriter::new(file);
     write(&mut file)?;
     file.flush().map_err(Error::io(part(path)))?;

@@ -12,3 +12,12 @@ pub const BALANCE: &str = "balance.csv";
 pub const REPORT: &str = "report.html";
 /// Forces on the obstacles.
 pub const OBSTACLES: &str = "obstacles.csv";
+
+/// Beginnings of the names of columns that version 0.3 renamed, the new one first. Until version
+/// 0.4 the files have these columns under both names.
+const RENAMED: [[&str; 2]; 2] = [["boundary_", "border_"], ["defect_", "convective_"]];
+
+/// The old name of a column that was renamed.
+pub fn old_name(column: &str) -> Option<String> {
+    RENAMED.iter().find_map(|[new, old]| Some(format!("{old}{}", column.strip_prefix(new)?)))
+}

@@ -8,8 +8,8 @@ use signal_hook::{SigId, flag, low_level};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What ends a run early. mpirun hands SIGUSR1 on to its ranks and lets them live, where it gives
-/// them a second only after Ctrl-C; schedulers send it ahead of the end of a job.
+/// Signals that end a run early. mpirun hands SIGUSR1 on to its ranks and lets them live, where it
+/// gives them a second only after Ctrl-C; schedulers send it ahead of the end of a job.
 const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGUSR1];
 
 /// Whether somebody has asked this process to stop; listens for as long as it lives.

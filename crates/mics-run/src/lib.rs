@@ -1,6 +1,6 @@
-//! What a case says and what a run leaves: the case file, checked and filled in, and the files of a
-//! run's folder with their readers. The solver writes these files, figures and reports read them;
-//! neither knows of the other, and this crate knows neither.
+//! Cases and the files of runs: the case file, checked and filled in, and the files of a run's
+//! folder with their readers. The solver writes these files, figures and reports read them; neither
+//! knows of the other, and this crate knows neither.
 
 pub mod bodies;
 pub mod compare;

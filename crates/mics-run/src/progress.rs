@@ -1,4 +1,4 @@
-//! How far a run is: the records of `progress.jsonl`.
+//! Progress of a run: the records of `progress.jsonl`.
 
 use crate::words::minutes;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use std::path::Path;
 /// The file's name in a run's folder.
 pub const FILE: &str = "progress.jsonl";
 
-/// Where a run is: a line of `progress.jsonl`.
+/// Progress of a run: a line of `progress.jsonl`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Record {
@@ -30,7 +30,7 @@ pub struct Record {
     pub divergence: f64,
     /// Largest speed of the fluid (m/s).
     pub largest_speed: f64,
-    /// What the measures give so far.
+    /// Values of the measures so far.
     pub measures: Map<String, Value>,
     /// The process that runs it, on rank 0.
     pub pid: u32,
@@ -64,7 +64,7 @@ impl Record {
     }
 }
 
-/// How far the run in a folder is by its newest record, in a line; `None` before the first one.
+/// Progress of the run in a folder by its newest record, in a line; `None` before the first one.
 pub fn newest(run: &Path) -> Option<String> {
     Record::newest(run).map(|record| record.line().trim_start().to_owned())
 }

@@ -1,4 +1,4 @@
-//! What a snapshot holds: the fields of a scene, as a file ([`crate::vti`]) and in memory.
+//! Snapshots: the fields of a scene, as a file ([`crate::vti`]) and in memory.
 
 use crate::vti::{self, Head};
 use crate::{Error, Result};
@@ -26,7 +26,7 @@ pub struct Snapshot {
     /// Spacing (m); in 2D that along z is that along x.
     pub h: [f64; 3],
     /// Velocity (m/s), pressure (Pa), vorticity (1/s), in 3D Q (1/s2), whose isosurfaces show
-    /// vortices, solid fraction, density (kg/m3) where it varies. Of cells that a body fills by
+    /// vortices, solid fraction, density (kg/m3) where it varies. In cells that a body fills by
     /// more than half, velocity, vorticity and Q are those of the body's own motion.
     pub arrays: Vec<Array>,
 }

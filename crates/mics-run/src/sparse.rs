@@ -17,7 +17,7 @@ use crate::{Error, Result};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// What PETSc's binary files of matrices and vectors begin with.
+/// First integers of PETSc's binary files of matrices and vectors.
 const PETSC_MATRIX: i32 = 1_211_216;
 const PETSC_VECTOR: i32 = 1_211_214;
 
@@ -32,7 +32,7 @@ pub struct Sparse {
 }
 
 impl Sparse {
-    /// One of so many columns, without a row yet.
+    /// A matrix of so many columns, without a row yet.
     pub fn new(width: usize) -> Sparse {
         Sparse { width, begins: vec![0], columns: Vec::new(), values: Vec::new() }
     }

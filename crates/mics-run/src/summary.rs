@@ -13,7 +13,7 @@ use std::path::Path;
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Summary {
-    /// How the run ended: `done`, `failed`, `interrupted`.
+    /// Status at the end: `done`, `failed`, `interrupted`.
     pub status: String,
     /// Cells of the grid.
     pub cells: usize,
@@ -29,16 +29,16 @@ pub struct Summary {
     pub krylov_iterations: u64,
     /// Value of each measure that has one.
     pub measures: Map<String, Value>,
-    /// What it cost.
+    /// Cost of the run.
     #[serde(flatten)]
     pub cost: Cost,
-    /// What the run had to say of its energy at the end.
+    /// Notes of the run on its energy at the end.
     #[serde(default)]
     pub notes: Vec<String>,
     comparisons: Map<String, Value>,
 }
 
-/// What a run cost, as its `summary.json` says.
+/// Cost of a run in time and memory, from its `summary.json`.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Cost {
@@ -96,7 +96,7 @@ pub struct Provenance {
     pub end: Option<String>,
     /// The pressure solver in words.
     pub solver: String,
-    /// What the scene needed and what it left out, each with its reason.
+    /// Parts of the method that the scene needed or left out, each with its reason.
     pub needs: Vec<Need>,
 }
 

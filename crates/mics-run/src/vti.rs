@@ -21,16 +21,16 @@ use std::os::unix::fs::FileExt as _;
 use std::path::{Path, PathBuf};
 use std::str;
 
-/// Bytes of a file among which its XML before the values is.
+/// First bytes of a file, which hold all of its XML before the values.
 const HEAD: u64 = 1 << 16;
-/// Where that ends.
+/// End of that XML.
 const MARK: &[u8] = b"encoding=\"raw\">\n_";
-/// And what follows the values.
+/// End of a file, after the values.
 const END: &[u8] = b"\n</AppendedData>\n</VTKFile>\n";
 /// Bytes that are collected before they are written.
 const BUFFER: usize = 1 << 20;
 
-/// What a file says before its values.
+/// Head of a file, ahead of its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Head {
     /// Time (s).
@@ -49,7 +49,7 @@ impl Head {
         8 * components as u64 * self.cells.iter().map(|n| *n as u64).product::<u64>()
     }
 
-    /// Where the size of each array stands after the XML, and the end of the last one.
+    /// Offset after the XML of each array's size, and of the end of the last array (bytes).
     fn offsets(&self) -> Vec<u64> {
         let next = |at: &mut u64, (_, components): &(String, usize)| {
             let here = *at;
@@ -110,7 +110,7 @@ impl Head {
         let (arrays, offsets): (Vec<_>, Vec<_>) =
             listed.collect::<Option<Vec<_>>>()?.into_iter().unzip();
         let found = Head { time, cells, h: h.try_into().ok()?, arrays };
-        // Sizes that no file has would not even add up.
+        // Sizes that no file has are refused: their sum may overflow.
         let most = found.arrays.iter().try_fold(0usize, |sum, (_, components)| {
             let size =
                 cells.iter().try_fold(components.checked_mul(8)?, |n, c| n.checked_mul(*c))?;
@@ -119,7 +119,7 @@ impl Head {
         (most.is_some() && found.offsets()[..offsets.len()] == offsets).then_some((found, data))
     }
 
-    /// That of a file, and where its values begin.
+    /// Reads the head of a file; also where its values begin (bytes).
     ///
     /// # Errors
     /// When the file is not there or not of that form.
@@ -135,7 +135,7 @@ pub(crate) fn strange(path: &Path) -> Error {
     Error::Usage(format!("{}: not a snapshot that mics wrote", path.display()))
 }
 
-/// The places of cells in a file, written in any order. What fails is told at the end.
+/// Writer of cells to their places in a file, in any order. The first failure is told at the end.
 pub struct Cells {
     file: File,
     path: PathBuf,
@@ -148,7 +148,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Those of a `file` that will be at `path`.
+    /// Writer of the cells of a `file` that will be at `path`.
     pub fn of(file: File, path: &Path, head: &Head) -> Cells {
         let data = head.xml().len() as u64;
         let begins = head.offsets().iter().map(|offset| data + offset + 8).collect();
@@ -162,7 +162,7 @@ impl Cells {
         }
     }
 
-    /// Writes what is not values.
+    /// Writes all of the file but the values.
     pub fn frame(&mut self, head: &Head) {
         self.write(0, head.xml().as_bytes());
         for (k, (_, components)) in head.arrays.iter().enumerate() {
@@ -218,28 +218,28 @@ impl Cells {
 }
 
 /// Rows along x of one array of a file, read as they are asked for.
-pub struct Rows {
+pub struct ArrayRows {
     file: File,
     path: PathBuf,
-    /// What the file says of itself.
+    /// Head of the file.
     pub head: Head,
     begin: u64,
     /// Components of the array.
     pub components: usize,
 }
 
-impl Rows {
-    /// Those of an array; `None` where the file has none of the name.
+impl ArrayRows {
+    /// Opens the rows of an array; `None` where the file has no array of the name.
     ///
     /// # Errors
     /// When the file is not there or not of that form.
-    pub fn open(path: &Path, name: &str) -> Result<Option<Rows>> {
+    pub fn open(path: &Path, name: &str) -> Result<Option<ArrayRows>> {
         let (head, data) = Head::read(path)?;
         let Some(k) = head.arrays.iter().position(|array| array.0 == name) else { return Ok(None) };
         let begin = data + head.offsets()[k] + 8;
         let components = head.arrays[k].1;
         let file = File::open(path).map_err(Error::io(path))?;
-        Ok(Some(Rows { file, path: path.to_owned(), head, begin, components }))
+        Ok(Some(ArrayRows { file, path: path.to_owned(), head, begin, components }))
     }
 
     /// Reads the row of a number, `j + cells along y * k`, into `values`.
@@ -275,7 +275,7 @@ pub fn write_series(path: &Path, entries: &[(f64, String)]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::file::Part;
+    use crate::file::PartFile;
     use crate::snapshot::{Array, Snapshot};
     use std::fs;
 
@@ -285,7 +285,7 @@ mod tests {
         let path = dir.path().join("a.vti");
         let arrays = vec![("velocity".to_owned(), 3), ("pressure".to_owned(), 1)];
         let head = Head { time: 0.1 + 0.2, cells: [2, 2, 1], h: [0.1, 0.3, 0.1], arrays };
-        let (whole, file) = Part::create(&path).unwrap();
+        let (whole, file) = PartFile::create(&path).unwrap();
         let mut cells = Cells::of(file, &path, &head);
         let u = [1.0, 2.0, 3.0, 4.0];
         let v = [5.0, f64::MIN_POSITIVE, 7.0, 8.0];
@@ -310,11 +310,11 @@ mod tests {
         };
         assert_eq!(Snapshot::read(&path).unwrap(), expected);
         assert_eq!(Snapshot::time_of(&path).unwrap(), head.time);
-        let rows = Rows::open(&path, "velocity").unwrap().unwrap();
+        let rows = ArrayRows::open(&path, "velocity").unwrap().unwrap();
         let mut row = Vec::new();
         rows.read(1, &mut row).unwrap();
         assert_eq!(row, [3.0, 7.0, 0.0, 4.0, 8.0, 0.0]);
-        assert!(Rows::open(&path, "spin").unwrap().is_none());
+        assert!(ArrayRows::open(&path, "spin").unwrap().is_none());
         let whole = fs::read(&path).unwrap();
         let text = String::from_utf8_lossy(&whole).replace("Components=\"3\"", "Components=\"0\"");
         fs::write(&path, text).unwrap();
@@ -330,7 +330,7 @@ mod tests {
     fn unfinished_vti_leaves_no_file() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.vti");
-        drop(Part::create(&path).unwrap());
+        drop(PartFile::create(&path).unwrap());
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
     }
 }

@@ -1,21 +1,21 @@
 //! Numbers as people read them.
 
-/// With all its digits, and by a power of ten where these would be many zeros.
+/// A number with all its digits, or by a power of ten where these would be many zeros.
 pub fn number(x: f64) -> String {
     if x == 0.0 || (1e-4..1e7).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }
 
-/// To six digits without zeros at the end, and by a power of ten where these would be many zeros.
+/// A number to six digits without zeros at its end, or by a power of ten against many zeros.
 pub fn rounded(x: f64) -> String {
     if x.is_finite() { number(format!("{x:.5e}").parse().unwrap_or(x)) } else { x.to_string() }
 }
 
-/// To three digits behind the point, and by a power of ten where these would lose it.
+/// A number to three digits behind the point, or by a power of ten where these would lose it.
 pub fn brief(x: f64) -> String {
     if x == 0.0 || (1e-2..1e7).contains(&x.abs()) { format!("{x:.3}") } else { format!("{x:.2e}") }
 }
 
-/// To the nearest whole one, and by a power of ten where that would be a row of digits.
+/// A number to the nearest whole one, or by a power of ten against a row of digits.
 pub fn whole(x: f64) -> String {
     if x.abs() < 1e7 { format!("{x:.0}") } else { format!("{x:.1e}") }
 }

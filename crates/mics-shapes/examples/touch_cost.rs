@@ -1,11 +1,11 @@
-//! What a touch of two shapes costs, and one of a shape on a raster, in CPU time:
+//! CPU time of a touch of two shapes, and of one of a shape on a raster:
 //! `cargo run --release -p mics-shapes --example touch_cost`.
 //!
 //! Two turn slowly on each other, an overlap of 1e-4 of their size deep, as in the substeps of a
 //! contact: the direction of the one before is known.
 
 use mics_shapes::{
-    Ellipse, Ellipsoid, Obstacle, Part, Polygon, Polyhedron, Pose, Reach, Regions, Room, Shape,
+    Ellipse, Ellipsoid, Extent, Obstacle, Part, Polygon, Polyhedron, Pose, Reach, Regions, Shape,
     Superquadric, closest, touch, touch_region,
 };
 use nalgebra::{Rotation3, Vector3};
@@ -130,7 +130,7 @@ fn raster(n: usize, rough: f64) -> Obstacle {
             triangles.extend([[a, c, b], [a, d, c]]);
         }
     }
-    let room = Room { size: Vector3::new(size, size, size), periodic: [false; 3] };
+    let room = Extent { size: Vector3::new(size, size, size), periodic: [false; 3] };
     Obstacle::surface(&triangles, &room).expect("a closed bed")
 }
 

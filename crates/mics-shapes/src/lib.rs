@@ -13,9 +13,9 @@
 //!
 //! # A new shape
 //!
-//! is one file in `solids` that implements [`Shape`]. What it needs is in `surface` (points and
-//! triangles of surfaces, distances from them), `boxes` (what it fills of a lattice) and `contact`
-//! (parts of bodies, and where they touch).
+//! is one file in `solids` that implements [`Shape`]. Its tools are in `surface` (points and
+//! triangles of surfaces, distances from them), `boxes` (parts that it fills of a lattice) and
+//! `contact` (parts of bodies, and where they touch).
 
 mod boxes;
 mod contact;
@@ -38,7 +38,7 @@ pub use solids::clump::Clump;
 pub use solids::disc::Disc;
 pub use solids::ellipse::Ellipse;
 pub use solids::ellipsoid::Ellipsoid;
-pub use solids::obstacle::{Obstacle, Room};
+pub use solids::obstacle::{Extent, Obstacle};
 pub use solids::polygon::Polygon;
 pub use solids::polyhedron::Polyhedron;
 pub use solids::scaled::Scaled;
@@ -52,7 +52,7 @@ pub use boxes::Lattice;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::f64::consts::PI;
 
-/// What is wrong with a shape, in words for the user, without the name of the file.
+/// Fault of a shape, in words for the user, without the name of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault(pub String);
 
@@ -84,7 +84,7 @@ pub struct SurfacePoint {
     pub area: f64,
 }
 
-/// What brings a body's own axes into those of the box.
+/// Rotation from a body's own axes to those of the box.
 pub type Orientation = Rotation3<f64>;
 
 /// The shape of a rigid body in its own axes, its centre of volume at the origin.
@@ -102,7 +102,7 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
     /// about z counts).
     fn inertia(&self) -> Matrix3<f64>;
 
-    /// Those of a `mass` (kg) that is spread evenly (kg m2): `sum m (r.r - r r^T)`.
+    /// Moments of inertia of a `mass` (kg) that is spread evenly (kg m2): `sum m (r.r - r r^T)`.
     fn inertia_of(&self, mass: f64) -> Matrix3<f64> {
         mass / self.volume() * self.inertia()
     }
@@ -148,8 +148,8 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
         (area, inertia)
     }
 
-    /// How far it reaches from the origin in the direction `n`, of length 1 (m): the largest `x.n`
-    /// of its points.
+    /// Extent from the origin in the direction `n`, of length 1 (m): the largest `x.n` of its
+    /// points.
     fn extent(&self, n: &Vector3<f64>) -> f64;
 
     /// Calls with the boxes of a lattice that it reaches, the first axis fastest.
@@ -167,8 +167,8 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
         true
     }
 
-    /// How far a ray from a point of the surface, along the normal there, goes until it meets the
-    /// body again (m); none where it does not, as of any convex one.
+    /// Distance (m) from a point of the surface, along the normal there, to where the ray meets the
+    /// body again; none where it does not, as of any convex one.
     fn meets_itself(&self, _foot: &Vector3<f64>, _normal: &Vector3<f64>) -> Option<f64> {
         None
     }

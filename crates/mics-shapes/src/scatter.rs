@@ -1,4 +1,4 @@
-//! What the tests of shapes have in common.
+//! Tools that the tests of shapes share.
 
 use super::{Lattice, Orientation, Shape, Tile};
 use nalgebra::Vector3;
@@ -8,8 +8,8 @@ pub fn scatter(k: usize) -> f64 {
     (12.9898 * k as f64 + 4.1414).sin() * 43758.5453 % 1.0
 }
 
-/// What a body fills of the boxes of a lattice about it, finer or coarser by `number`: turned and
-/// shifted, or with planes through its centre.
+/// Parts that a body fills of the boxes of a lattice about it, finer or coarser by the number `k`:
+/// turned and shifted, or with planes through its centre.
 pub fn with_tiles<T>(body: &dyn Shape, k: usize, then: impl FnOnce(&Lattice, &[Tile]) -> T) -> T {
     let two = body.dimension() == 2;
     let axis = Vector3::from_fn(|a, _| if two && a < 2 { 0.0 } else { 3.0 * scatter(9 * k + a) });
@@ -30,8 +30,8 @@ pub fn with_tiles<T>(body: &dyn Shape, k: usize, then: impl FnOnce(&Lattice, &[T
     then(&lattice, &tiles)
 }
 
-/// How far the boxes of lattices are from summing to a body, and the first moments from zero: the
-/// worst, over the volume. The boxes come in their order.
+/// Differences of the sums over the boxes of lattices from the body's volume, and of their first
+/// moments from zero: the worst, over the volume. The boxes come in their order.
 pub fn lattice(body: &dyn Shape) -> (f64, f64) {
     let mut worst = (0.0f64, 0.0f64);
     let three = body.dimension() == 3;
@@ -56,7 +56,7 @@ pub fn lattice(body: &dyn Shape) -> (f64, f64) {
     worst
 }
 
-/// How far the part of a box and its moment (of the radius) are from those by points within, of
+/// Differences of the part of a box and its moment (of the radius) from those by points within, of
 /// `n` along each axis: the worst over boxes of all lattices.
 pub fn counted(body: &dyn Shape, n: usize) -> (f64, f64) {
     let mut worst = (0.0f64, 0.0f64);

@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 pub struct Turned<'a> {
     /// The shape.
     pub shape: &'a dyn Shape,
-    /// What brings its own axes into those of the box.
+    /// Rotation from its own axes to those of the box.
     pub orientation: &'a Orientation,
 }
 
@@ -68,7 +68,7 @@ impl Turned<'_> {
         self.shape.meets_itself(&self.own(foot), &self.own(normal))
     }
 
-    /// How far it reaches from the centre along the axes of the box, to the further side (m).
+    /// Extents from the centre along the axes of the box, to the further side (m).
     pub fn bounds(&self) -> Vector3<f64> {
         let axes = self.orientation.matrix();
         Vector3::from_fn(|a, _| {
@@ -96,8 +96,8 @@ impl Turned<'_> {
         part
     }
 
-    /// How far it is to the surface (m) from a point outside, with the centre `apart` from it (m),
-    /// in the direction `along`, of length 1; `None` where it is missed, 0 from a point inside.
+    /// Distance (m) to the surface from a point outside, with the centre `apart` from it (m), in
+    /// the direction `along`, of length 1; `None` where it is missed, 0 from a point inside.
     pub fn meets(&self, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
         if self.shape.is_round() {
             return meets_ball(apart, along, self.shape.radius());
@@ -127,7 +127,7 @@ impl Turned<'_> {
     }
 }
 
-/// How far it is to the surface of a disc or sphere of this radius (m), the centre `apart` (m), in
+/// Distance (m) to the surface of a disc or sphere of this radius (m), the centre `apart` (m), in
 /// the direction `along`, of length 1; `None` where it is missed.
 pub fn meets_ball(apart: &Vector3<f64>, along: &Vector3<f64>, radius: f64) -> Option<f64> {
     let ahead = apart.dot(along);

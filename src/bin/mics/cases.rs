@@ -16,7 +16,7 @@ const CASE: &str = "case.toml";
 /// The schema of a case, by which an editor completes its keys.
 const SCHEMA: &str = "case.schema.json";
 
-/// What to do with the shipped cases.
+/// Actions on the shipped cases.
 #[derive(Subcommand)]
 pub enum Action {
     /// Copy a case with its studies and reference data into a folder.
@@ -86,7 +86,7 @@ fn shipped(name: &str) -> Result<&'static (&'static str, &'static [(&'static str
     })
 }
 
-/// What a case is of: the first sentence of its first comment.
+/// Scene of a case in words: the first sentence of its first comment.
 fn scene(files: &[(&str, &str)]) -> String {
     let text = files.iter().find(|(file, _)| *file == CASE).map_or("", |(_, text)| text);
     let lines = text.lines().skip_while(|line| !line.starts_with("# "));

@@ -21,7 +21,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// with it: the usual one is shared by all of a user's programs, and the first to end takes it away
 /// from those that begin.
 pub struct Mpirun {
-    /// What the ranks run is to follow.
+    /// The command `mpirun`, to which the program that the ranks run is to be added.
     pub command: Command,
     session: PathBuf,
 }
@@ -56,7 +56,7 @@ impl Drop for Mpirun {
     }
 }
 
-/// What a run's command line says of its ranks.
+/// The command line of a run, as far as its ranks need it.
 pub struct Choice<'a> {
     /// `--ranks`; without it as many as are good for it.
     pub ranks: Option<Ranks>,
@@ -68,7 +68,7 @@ pub struct Choice<'a> {
     pub options: bool,
     /// The run's folder, if it is not the usual one.
     pub out: Option<&'a Path>,
-    /// Whether how far it is, is shown.
+    /// Whether its progress is shown.
     pub shown: bool,
 }
 
@@ -113,7 +113,7 @@ pub fn check(case: &Path, set: &[String]) -> Result<()> {
 }
 
 /// Begins this very command once more with its memory in huge pages, if the fields are large and it
-/// has not yet; what comes back is a failure, and then the pages are small ones.
+/// has not yet. Returns where that is not needed, or fails: then the pages are small ones.
 fn begin_again(launch: &Launch) -> Result<()> {
     let tunables = huge_pages(env::var("GLIBC_TUNABLES").ok()).filter(|_| launch.large);
     if let Some(tunables) = tunables {
@@ -125,10 +125,10 @@ fn begin_again(launch: &Launch) -> Result<()> {
     Ok(())
 }
 
-/// What the C library is told (`GLIBC_TUNABLES`) to ask for huge pages for its memory, beside what
-/// it is told `already`; `None` where that has it. A row of a 3D field is on a page of 4 kB of its
-/// own, and to look up where pages are takes a part of the time: -13 to -15 % of a step of crowd
-/// and settling-sphere. Only a program that begins is told.
+/// Value of `GLIBC_TUNABLES` by which the C library asks for huge pages for its memory, beside what
+/// it has `already`; `None` where that has it. A row of a 3D field is on a page of 4 kB of its own,
+/// and to look up where pages are takes a part of the time: -13 to -15 % of a step of crowd and
+/// settling-sphere. Only a program that begins reads it.
 fn huge_pages(already: Option<String>) -> Option<String> {
     const HUGE: &str = "glibc.malloc.hugetlb";
     match already {

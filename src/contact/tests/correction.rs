@@ -117,9 +117,9 @@ struct Response {
 }
 
 impl Response {
-    /// That of bodies in the plane (x, y, spin) with added masses of `factor` times their displaced
-    /// mass, which neighbours share: each contact adds the inertia of the fluid that leaves the
-    /// gap.
+    /// The response of bodies in the plane (x, y, spin) with added masses of `factor` times their
+    /// displaced mass, which neighbours share: each contact adds the inertia of the fluid that
+    /// leaves the gap.
     fn new(bodies: &[Body], density: f64, factor: f64) -> Response {
         let n = bodies.len();
         let mut inertia = DMatrix::zeros(3 * n, 3 * n);

@@ -186,7 +186,7 @@ fn block_below_friction_angle_sticks() {
         one[0].centre.x - 0.1,
         memory[0].2.tangential.x
     );
-    // A restart with the memory goes on alike; one without it slips.
+    // A restart with the springs goes on alike; one without them slips.
     let mut again = one.clone();
     let mut restarted = acceleration_down(Shape::Disc, 0.4, 0.0, block).1;
     restarted.touching.springs = memory.clone();
@@ -199,7 +199,7 @@ fn block_below_friction_angle_sticks() {
         restarted.setup().check(&wall.touching).is_ok()
             && restarted.setup().check(&foreign).is_err()
     );
-    // Lifted, it forgets.
+    // A body that is lifted loses its spring.
     one[0].velocity.y = 1.0;
     wall.advance(&mut one, &down, 2.5e-3).unwrap();
     assert_eq!(wall.touching.springs.len(), 0);

@@ -155,7 +155,7 @@ fn disc_rests_on_two_periodic_images_of_another() {
     }
 }
 
-/// Far pairs are not asked in every substep that others need: they get what they would get alone.
+/// Far pairs do not act in every substep that others need: they give what they would alone.
 #[test]
 fn lubrication_of_pair_independent_of_other_substeps() {
     let medium = Medium { density: 1000.0, viscosity: 0.1, spacing: 2e-3, ..Medium::default() };
@@ -215,8 +215,8 @@ fn lubrication_conserves_momentum_and_ignores_rigid_motion() {
     }
 }
 
-/// What is put down to touch a wall, and its image at the other side of the box, which rounds
-/// differently, have the same lubrication layer: it is ten times that of the narrowest gap
+/// A body that is put down to touch a wall, and its image at the other side of the box, which
+/// rounds differently, have the same lubrication layer: it is ten times that of the narrowest gap
 /// otherwise.
 #[test]
 fn gap_within_rounding_is_contact() {

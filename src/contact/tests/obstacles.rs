@@ -5,7 +5,7 @@ mod moving;
 use super::crowd::Dice;
 use super::solids::{self, Parts, free, kinetic};
 use super::*;
-use mics_shapes::{Obstacle, Room};
+use mics_shapes::{Extent, Obstacle};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 const G: f64 = 9.81;
@@ -13,8 +13,8 @@ const SIZE: [f64; 3] = [0.4, 0.25, 0.2];
 /// Height of flat beds (m).
 const BED: f64 = 0.05;
 
-fn room(size: [f64; 3]) -> Room {
-    Room { size: Vector3::from(size), periodic: [false; 3] }
+fn room(size: [f64; 3]) -> Extent {
+    Extent { size: Vector3::from(size), periodic: [false; 3] }
 }
 
 /// A body that stands in a box of this size (m).

@@ -149,7 +149,7 @@ fn square_and_cube_on_slope_slide_and_tip() {
     }
 }
 
-/// What two bodies keep of their energy in an impact, with what they gained at most on the way (of
+/// Relative change of the energy of two bodies by an impact, and their largest gain on the way (of
 /// the energy at the start); `None` where they miss each other.
 fn impact(shape: &Parts, law: Material, dice: &mut Dice) -> Option<[f64; 2]> {
     let flat = shape.dimension == 2;
@@ -284,7 +284,7 @@ fn sphere_over_face_and_edge_of_box_keeps_energy() {
 
 /// A heap of mixed shapes in a box.
 fn heap(dimension: usize) -> Vec<Body> {
-    // What is round where it lies rocks on and on.
+    // Bodies that are round where they lie rock on and on.
     let mut shapes = solids::all(dimension);
     shapes.retain(|(name, _)| !name.starts_with("ellips"));
     let mut dice = Dice(5);
@@ -318,7 +318,7 @@ fn pile_of_convex_bodies_comes_to_rest() {
         }
         assert_eq!(room(&all), before, "a step of parts allocates nothing");
         let left = kinetic(&bodies) / scale;
-        // What is round where it lies, superquadrics and clumps in 3D, rocks on for a while.
+        // Bodies round where they lie, superquadrics and clumps in 3D, rock on for a while.
         let flat = |b: &&Body| matches!(b.parts()[0].core, Core::Polytope(_));
         let faces: Vec<Body> = bodies.iter().filter(flat).cloned().collect();
         let still = kinetic(&faces) / scale;
@@ -393,7 +393,7 @@ fn lubrication_of_parts_conserves_momentum() {
     assert!(left < 0.95, "{left}");
 }
 
-/// How two boxes meet at the end of a substep follows from how they do in its middle, to second
+/// The meeting of two boxes at the end of a substep follows from that in its middle, to second
 /// order.
 #[test]
 fn meeting_at_end_of_substep_follows_from_its_middle() {

@@ -5,16 +5,16 @@ use super::crowd::Dice;
 use super::obstacles::standing;
 use super::solids::kinetic;
 use super::*;
-use mics_shapes::{Ellipse, Obstacle, Polygon, Polyhedron, Room, Shape};
+use mics_shapes::{Ellipse, Extent, Obstacle, Polygon, Polyhedron, Shape};
 
 const SIZE: [f64; 3] = [0.2, 0.2, 0.2];
 
 /// Where the tips are (m).
 const TIP: [f64; 2] = [0.1, 0.08];
 
-fn room(dimension: usize) -> Room {
+fn room(dimension: usize) -> Extent {
     let z = if dimension == 2 { 0.0 } else { SIZE[2] };
-    Room { size: vector![SIZE[0], SIZE[1], z], periodic: [false; 3] }
+    Extent { size: vector![SIZE[0], SIZE[1], z], periodic: [false; 3] }
 }
 
 /// The corners of a triangle that points upwards with this angle (degrees), leaning to a side.
@@ -105,7 +105,7 @@ fn throw(body: &Body, wall: &Body, law: Material, steepest: f64, dice: &mut Dice
     (most, deepest)
 }
 
-/// What throws of many stones at a wall show: `name` says which.
+/// Throws many stones at a wall, and checks energy and overlap; `name` says which throws.
 fn throw_all(
     name: &str,
     degrees: f64,

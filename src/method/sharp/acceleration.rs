@@ -25,18 +25,18 @@ pub struct PressureAcceleration<const D: usize> {
 }
 
 impl<const D: usize> PressureAcceleration<D> {
-    /// None yet.
+    /// No acceleration yet.
     pub fn new(grid: &Grid<D>) -> PressureAcceleration<D> {
         PressureAcceleration { faces: grid.vector_field(), driven: Vector3::zeros() }
     }
 
-    /// None.
+    /// Sets it to zero.
     pub fn clear(&mut self) {
         self.faces.iter_mut().for_each(|f| f.fill(0.0));
         self.driven = Vector3::zeros();
     }
 
-    /// That of the pressure `p` (Pa), ghosts filled, and of the drive, where there is one (N/m3).
+    /// Finds it by a pressure `p` (Pa), ghosts filled, and by the drive, where there is one (N/m3).
     pub fn of_pressure(
         &mut self,
         domain: &Domain<D>,

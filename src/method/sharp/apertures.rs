@@ -1,5 +1,5 @@
-//! How far faces are open where bodies share them or press on a wall: never sealed, and the same
-//! for everybody.
+//! Apertures of faces where bodies share them or press on a wall: never sealed, and the same for
+//! everybody.
 //!
 //! ```text
 //!   T = sum m_k,   M = the largest m_k         what bodies cover of a face, overlaps counted twice
@@ -18,13 +18,13 @@ use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::kernels::faces::FaceCoefficient;
 use crate::numerics::SHARED_APERTURE;
 
-/// Relative difference that is none.
+/// Relative difference that counts as none.
 const ROUNDING: f64 = 1e-14;
 
 /// No aperture is less: the operator keeps the constants as its only null space.
 const LEAST_APERTURE: f64 = 1e-6;
 
-/// What bodies cover of the faces of an axis, all together: scratch while apertures are set.
+/// Solid fractions of the faces of an axis by all bodies: scratch while apertures are set.
 pub struct CoveredTogether {
     /// Solid fraction of each face; zero otherwise.
     total: Vec<f64>,
@@ -90,8 +90,8 @@ impl CoveredTogether {
     }
 }
 
-/// How much of a face is covered of which bodies cover `total` together and one of them `most`;
-/// whether it is `beside` a wall of the box.
+/// Solid fraction of a face of which bodies cover `total` together and one of them `most`; `beside`
+/// tells whether it is beside a wall of the box.
 fn covered_part(total: f64, most: f64, beside: impl Fn() -> bool) -> f64 {
     let shared = (total - most).min(SHARED_APERTURE);
     let near = || shared < SHARED_APERTURE && total > 1.0 - SHARED_APERTURE && beside();

@@ -43,7 +43,7 @@ fn total_momentum<const D: usize>(s: &mut State<D>, cells: Vector3<f64>) -> Resu
 /// Starts the balance, where one is kept. Collective.
 ///
 /// # Errors
-/// Those of the messages between ranks.
+/// When messages between ranks fail.
 pub fn begin<const D: usize>(domain: &Domain<D>, s: &mut State<D>) -> Result<()> {
     if s.balance.is_some() {
         let mut cells = cells_momentum(domain, s);
@@ -58,7 +58,7 @@ pub fn begin<const D: usize>(domain: &Domain<D>, s: &mut State<D>) -> Result<()>
 /// this rank pushed the fluid with the forces `sides`. Collective.
 ///
 /// # Errors
-/// Those of the messages between ranks.
+/// When messages between ranks fail.
 pub fn close<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
@@ -98,7 +98,7 @@ fn impulses_of_bodies<const D: usize>(
     rigid: &RigidStep,
     dt: f64,
 ) -> Impulses {
-    let mut sums = Impulses { contacts: -dt * rigid.passed_on, ..Impulses::default() };
+    let mut sums = Impulses { contacts: -dt * rigid.gap_force_on_fixed, ..Impulses::default() };
     for (body, exchange) in s.bodies.iter().zip(&s.exchange) {
         let Some(freedom) = body.freedom() else {
             sums.held -= dt * exchange.momentum;
@@ -112,12 +112,13 @@ fn impulses_of_bodies<const D: usize>(
     sums
 }
 
-/// What the torque misses of the angular momentum that the fluid lost about the free bodies'
-/// centres over the step `dt` (s), summed over them (kg m2/s).
+/// Angular momentum that the fluid lost about the free bodies' centres over the step `dt` (s) less
+/// that by the torque, its norm summed over them (kg m2/s).
 fn angular_error<const D: usize>(s: &State<D>, motions: &[BodyMotion], dt: f64) -> f64 {
     let bodies = s.bodies.iter().zip(motions);
     let force_defect = |(body, motion): (&Body, &BodyMotion)| {
-        body.freedom().map_or(0.0, |f| f.about(&(motion.spin_lost - dt * motion.torque())).norm())
+        body.freedom()
+            .map_or(0.0, |f| f.about(&(motion.angular_momentum_lost - dt * motion.torque())).norm())
     };
     bodies.map(force_defect).sum()
 }

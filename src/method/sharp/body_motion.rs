@@ -1,4 +1,4 @@
-//! The motion of a body within a step, and what the wall shear takes back of its changes.
+//! The motion of a body within a step, and the resistance of the wall shear to its changes.
 
 use super::profile;
 use crate::domain::Domain;
@@ -15,25 +15,25 @@ pub struct BodyMotion {
     pub expected: RigidVelocity,
     /// Angular momentum at the start of the step (kg m2/s).
     pub angular_momentum: Vector3<f64>,
-    /// What a force changes (kg): the mass with the wall shear's resistance over a step; infinite
-    /// along held directions.
-    pub inertia: f64,
-    /// What a torque's impulse changes of the spin of a body that is not round (1/(kg m2)), with
-    /// that resistance likewise.
-    pub turns: Matrix3<f64>,
+    /// Effective mass of a free body (kg): its own, and the wall shear's resistance over a step. It
+    /// acts along free directions only.
+    pub effective_mass: f64,
+    /// Inverse effective moments of inertia of a body that is not round (1/(kg m2)), with that
+    /// resistance likewise.
+    pub inverse_inertia: Matrix3<f64>,
     /// The volume that faces normal to each axis show of it (m3): where bodies touch, less than its
     /// own.
-    pub displaced: Vector3<f64>,
+    pub displaced_volume: Vector3<f64>,
     /// Load by pressure of the step so far; its torque on a body that is not round.
     pub pressure: Load,
     /// Load by wall shear.
     pub shear: Load,
-    /// What pressure and wall shear miss of what the fluid lost in the step, and what the body has
-    /// felt (N).
+    /// Force defect: what the fluid lost over the step less pressure and wall shear; and the force
+    /// that the body has felt (N).
     pub force_defect: Vector3<f64>,
-    pub used: Vector3<f64>,
+    pub force: Vector3<f64>,
     /// Angular momentum that the fluid lost to the body in the step (kg m2/s).
-    pub spin_lost: Vector3<f64>,
+    pub angular_momentum_lost: Vector3<f64>,
     /// Its surface: area (m2; m in 2D), and moments of inertia in its own axes as a shell of a
     /// kilogram per area.
     pub surface_moments: (f64, Matrix3<f64>),
@@ -45,12 +45,12 @@ impl BodyMotion {
         self.shear.torque + self.pressure.torque
     }
 
-    /// What it and the fluid exchanged in the step, once what it has felt is known.
+    /// Exchange of the body with the fluid in the step, once what it has felt is known.
     pub fn exchange(&self) -> Exchange {
         Exchange {
-            momentum: self.used,
+            momentum: self.force,
             momentum_torque: self.torque(),
-            convective: self.used - self.pressure.force - self.shear.force,
+            remainder: self.force - self.pressure.force - self.shear.force,
             pressure: self.pressure.force,
             viscous: self.shear.force,
             literal_torque: self.torque(),
@@ -59,7 +59,7 @@ impl BodyMotion {
     }
 }
 
-/// What the wall shear of a fluid takes back of the changes of a body's motion within a step.
+/// Resistance of the wall shear of a fluid to changes of a body's motion within a step.
 pub struct ShearUnit {
     /// Viscosity over the spacing (Pa s/m), and that spacing (m).
     unit: f64,
@@ -70,15 +70,15 @@ pub struct ShearUnit {
 }
 
 impl ShearUnit {
-    /// That of the fluid of a domain, where image points count in spacings of `h` (m).
+    /// Resistance of the fluid of a domain, where image points count in spacings of `h` (m).
     pub fn new<const D: usize>(domain: &Domain<D>, h: f64) -> ShearUnit {
         let weights = profile::slope(SLOPE_IMAGE_POINT).iter().sum();
         ShearUnit { unit: domain.fluid.viscosity / h, h, weights }
     }
 
-    /// What it takes back of a change of a body's velocity (N s/m) and spin (N m s), by its
-    /// surface's area and moments: of the velocity by the profile's first image point, of the spin
-    /// by the slope of the wall shear itself.
+    /// Resistance to a change of a body's velocity (N s/m) and spin (N m s), by its surface's area
+    /// and moments: to the velocity by the profile's first image point, to the spin by the slope of
+    /// the wall shear itself.
     pub fn resistance(&self, body: &Body, surface_moments: &(f64, Matrix3<f64>)) -> (f64, Inertia) {
         let (area, moments) = surface_moments;
         let slope = self.unit * self.weights;
@@ -90,25 +90,25 @@ impl ShearUnit {
         (drag, Inertia::Tensor(slope * (turn * moments * turn.transpose())))
     }
 
-    /// What a free body has to resist at least (N s/m) where the first image point gives `drag`,
-    /// that its velocity does not swing from step to step: the flow responds to a change of it
-    /// within the step by about
+    /// Least resistance of a free body (N s/m) where the first image point gives `drag`, so that
+    /// its velocity does not swing from step to step: the flow responds to a change of it within
+    /// the step by about
     ///
     /// ```text
     ///   c = k drag (sum of the slope's weights + h/R)
     ///              k = 1.5 for a sphere, 2 for a disc: with the pressure that viscosity makes
     /// ```
     /// of which the body expects `drag`; the rest is felt a step late, and may be what its mass and
-    /// the fluid's resist at most. So it is of few cells across in steps of several stages alone,
-    /// and of light ones.
+    /// the fluid's resist at most. It is more than `drag` for bodies of few cells across, in steps
+    /// of several stages alone, and for light ones.
     pub fn least_drag(&self, body: &Body, drag: f64, density: f64, dt: f64) -> f64 {
         let with_pressure = if body.shape().dimension() == 2 { 2.0 } else { 1.5 };
-        let inverse_mass = with_pressure * drag * (self.weights + self.h / body.radius());
-        0.5 * (inverse_mass - (body.mass() + body.added_mass(density)) / dt)
+        let response = with_pressure * drag * (self.weights + self.h / body.radius());
+        0.5 * (response - (body.mass() + body.added_mass(density)) / dt)
     }
 
-    /// What turns with a body over a step `dt` (s): itself, and the fluid beside it by that
-    /// resistance (kg m2).
+    /// Moment of inertia that turns with a body over a step `dt` (s): its own, and that of the
+    /// fluid beside it by that resistance (kg m2).
     pub fn turning(&self, body: &Body, surface_moments: &(f64, Matrix3<f64>), dt: f64) -> Inertia {
         body.inertia().plus(dt, &self.resistance(body, surface_moments).1)
     }

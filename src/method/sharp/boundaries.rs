@@ -53,7 +53,7 @@ pub fn straighten_boundaries<const D: usize>(
     }
 }
 
-/// The same under one body.
+/// Finds that share under one body.
 fn straighten_under<const D: usize>(
     cut: &CutBodies<D>,
     domain: &mut Domain<D>,

@@ -14,25 +14,25 @@ use super::pressure_step::PressureStep;
 use crate::Result;
 use crate::contact::{Impulse, Impulses};
 use crate::particles::RigidVelocity;
-use crate::poisson::pressure::Projected;
+use crate::poisson::pressure::{Accuracy, Projected};
 use nalgebra::Vector3;
 
-/// Part of the digits asked for to which the pressure is found that shows the response to contact
+/// Part of the digits asked for, to which the pressure is found for the response to contact
 /// impulses: the solve after it, with the corrected impulses, has all of them.
 const RESPONSE_DIGITS: f64 = 0.5;
 
 /// Scratch, per body.
-pub struct Work {
+pub struct CorrectionScratch {
     residuals: Vec<RigidVelocity>,
     corrections: Vec<Impulse>,
-    /// How long contacts carried each body on (s).
+    /// Time for which each body has moved as its residual lets expect, by its contacts (s).
     pub(super) followed: Vec<f64>,
 }
 
-impl Work {
-    /// That of so many bodies.
-    pub fn new(n: usize) -> Work {
-        Work {
+impl CorrectionScratch {
+    /// Scratch for `n` bodies.
+    pub fn new(n: usize) -> CorrectionScratch {
+        CorrectionScratch {
             residuals: vec![RigidVelocity::default(); n],
             corrections: vec![Impulse::default(); n],
             followed: vec![0.0; n],
@@ -48,7 +48,7 @@ impl Work {
 pub fn solve<const D: usize>(
     impulses: &mut Impulses,
     step: &mut PressureStep<D>,
-    work: &mut Work,
+    work: &mut CorrectionScratch,
 ) -> Result<(Projected, f64)> {
     let mut done = Projected::default();
     let motions = step.motions();
@@ -56,20 +56,20 @@ pub fn solve<const D: usize>(
     if parts {
         done.add(find_without(impulses, step, work)?);
     }
-    done.add(step.solve(Some(RESPONSE_DIGITS))?);
+    done.add(step.solve(Accuracy::Digits(RESPONSE_DIGITS))?);
     impulses.find_response(step.bodies());
     correct(impulses, step, work);
-    done.add(step.solve(None)?);
+    done.add(step.solve(Accuracy::Full)?);
     let late = impulses.find_late_parting(step.bodies());
     if late {
         done.add(find_without(impulses, step, work)?);
-        done.add(step.solve(None)?);
+        done.add(step.solve(Accuracy::Full)?);
     }
     let taken = if parts || late { impulses.bound_work(step.bodies()) } else { 0.0 };
     if taken > 0.0 {
         impulses.reduce(step.bodies(), &mut work.corrections);
         step.apply(impulses, &work.corrections);
-        done.add(step.solve(None)?);
+        done.add(step.solve(Accuracy::Full)?);
     }
     Ok((done, taken))
 }
@@ -79,18 +79,22 @@ pub fn solve<const D: usize>(
 fn find_without<const D: usize>(
     impulses: &mut Impulses,
     step: &mut PressureStep<D>,
-    work: &mut Work,
+    work: &mut CorrectionScratch,
 ) -> Result<Projected> {
     apply_touch(impulses, step, work, -1.0);
-    let done = step.solve(Some(RESPONSE_DIGITS))?;
+    let done = step.solve(Accuracy::Digits(RESPONSE_DIGITS))?;
     impulses.note_without(step.bodies());
     apply_touch(impulses, step, work, 1.0);
     Ok(done)
 }
 
 /// Corrects the impulses of contacts by what the pressure has made of them.
-fn correct<const D: usize>(impulses: &mut Impulses, step: &mut PressureStep<D>, work: &mut Work) {
-    let Work { residuals, corrections, .. } = work;
+fn correct<const D: usize>(
+    impulses: &mut Impulses,
+    step: &mut PressureStep<D>,
+    work: &mut CorrectionScratch,
+) {
+    let CorrectionScratch { residuals, corrections, .. } = work;
     for ((residual, body), motion) in residuals.iter_mut().zip(step.bodies()).zip(step.motions()) {
         let RigidVelocity { velocity, spin } = motion.expected;
         let turned = if body.is_round() { Vector3::zeros() } else { body.spin - spin };
@@ -106,7 +110,7 @@ fn correct<const D: usize>(impulses: &mut Impulses, step: &mut PressureStep<D>, 
 fn apply_touch<const D: usize>(
     impulses: &Impulses,
     step: &mut PressureStep<D>,
-    work: &mut Work,
+    work: &mut CorrectionScratch,
     factor: f64,
 ) {
     for (k, correction) in work.corrections.iter_mut().enumerate() {

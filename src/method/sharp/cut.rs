@@ -7,16 +7,17 @@ use super::ghost_width;
 use super::local::LocalBodies;
 use super::near::{NearBodies, are_one, walls_within};
 use super::neighbour::{self, Neighbour};
-use super::seen::Before;
+use super::seen::Moved;
 use super::shared::SharedCells;
 use super::stencil::{Cubic, Flow};
 use crate::domain::Domain;
+use crate::geometry::Pose;
 use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::numerics::{CREEPING_LAYER, LARGEST_PROFILE, RESOLVED_LAYER};
-use crate::particles::{Body, Impulse, Velocities, all_fixed, nearest_image};
-use crate::reach::Reach;
+use crate::particles::{Body, Impulse, Velocities, all_fixed};
+use crate::reach::BodyRanks;
 use crate::state::BeforeForcing;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
@@ -24,10 +25,10 @@ use std::cell::Cell;
 
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
-    /// Those that reach this rank.
+    /// The cut bodies that reach this rank.
     pub bodies: LocalBodies<D>,
     /// Which bodies reach which ranks.
-    pub reach: Reach,
+    pub reach: BodyRanks,
     /// Open part of faces over the fluid's density (m3/kg).
     pub beta: FaceCoefficient<D>,
     /// Which are near each other.
@@ -35,16 +36,16 @@ pub struct CutBodies<const D: usize> {
     /// Per body, the obstacles that are one solid with it, itself among them, and the ways from its
     /// centre to theirs (m); none of what is alone.
     pub(super) joined: Vec<Vec<(usize, Vector3<f64>)>>,
-    /// Per body, how it lay before it moved.
-    before: Vec<Before>,
-    /// What it was rebuilt with of the friction in gaps.
+    /// Per body, its pose before it moved.
+    poses_before: Vec<Pose>,
+    /// The friction in gaps ([`Profiles`]) with which bodies were rebuilt last.
     friction: f64,
     /// Cells to which several bodies are equally near, and that they set.
     shared: SharedCells,
     rebuilding: Rebuilding<D>,
     covered: CoveredTogether,
-    /// Of the faces that bodies cut, and once more of those in narrow gaps, their correction before
-    /// a step (m/s).
+    /// Correction before a step (m/s) of the faces that bodies cut, and once more of those in
+    /// narrow gaps.
     pub(super) corrections_before: Vec<f64>,
     /// The spacing that depths and image points count in (m).
     pub h: f64,
@@ -52,7 +53,7 @@ pub struct CutBodies<const D: usize> {
 
 /// Scratch of a body that is rebuilt.
 pub(super) struct Rebuilding<const D: usize> {
-    /// Those near it.
+    /// The bodies near it.
     beside: Vec<Neighbour>,
     /// The planes of the lattice about it (m).
     pub planes: [Vec<f64>; 3],
@@ -80,7 +81,7 @@ impl<const D: usize> CutBodies<D> {
         let open = vec![1.0 / domain.fluid.density; grid.field().len()];
         CutBodies {
             bodies: cut,
-            reach: Reach::new(rank, ranks, bodies.len()),
+            reach: BodyRanks::new(rank, ranks, bodies.len()),
             beta: FaceCoefficient::Field(std::array::from_fn(|_| open.clone())),
             near: NearBodies::new(
                 bodies,
@@ -91,7 +92,7 @@ impl<const D: usize> CutBodies<D> {
                 if ranks > 1 { 0 } else { 16 },
             ),
             joined: joined(bodies),
-            before: bodies.iter().map(Before::here).collect(),
+            poses_before: bodies.iter().map(Body::pose).collect(),
             friction: 0.0,
             shared: SharedCells::with_capacity(shared),
             rebuilding: Rebuilding {
@@ -112,24 +113,18 @@ impl<const D: usize> CutBodies<D> {
 
     /// Finds what the bodies cover where they lie, as if they had lain there always.
     pub fn settle(&mut self, domain: &Domain<D>, bodies: &[Body]) {
-        self.before.iter_mut().zip(bodies).for_each(|(before, body)| *before = Before::here(body));
+        self.keep_poses(bodies);
         self.rebuild(domain, bodies, |_| true, f64::INFINITY);
     }
 
-    /// Takes how the bodies lie, before they move.
-    pub fn depart(&mut self, bodies: &[Body]) {
-        for (before, body) in self.before.iter_mut().zip(bodies) {
-            *before = Before { way: body.centre, orientation: body.orientation() };
-        }
+    /// Keeps the poses of the bodies, before they move.
+    pub fn keep_poses(&mut self, bodies: &[Body]) {
+        self.poses_before.iter_mut().zip(bodies).for_each(|(pose, body)| *pose = body.pose());
     }
 
-    /// Finds what they cover where they have moved to since [`CutBodies::depart`], a step of `dt`
-    /// (s).
-    pub fn arrive(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) {
-        let periods = domain.periods();
-        for (before, body) in self.before.iter_mut().zip(bodies) {
-            before.way = nearest_image(&before.way, &body.centre, &periods);
-        }
+    /// Finds what the bodies cover where they have moved to since [`CutBodies::keep_poses`], in a
+    /// step of `dt` (s).
+    pub fn rebuild_moved(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) {
         self.rebuild(domain, bodies, Body::moves, dt);
     }
 
@@ -178,7 +173,8 @@ impl<const D: usize> CutBodies<D> {
                 rubs: Cell::new(false),
                 profiles: &profiles,
             };
-            cut.rebuild(&around, k, &self.before[k], planes, arms);
+            let moved = Moved::since(&self.poses_before[k], &bodies[k], &periods);
+            cut.rebuild(&around, k, &moved, planes, arms);
         }
         self.friction = friction;
         self.shared.share(self.bodies.as_mut_slice());
@@ -188,14 +184,15 @@ impl<const D: usize> CutBodies<D> {
     /// Finds which bodies reach which ranks, as far as a rank can have anything of one: by where
     /// they lie and lay, whatever is near them.
     fn find_reach(&mut self, domain: &Domain<D>, bodies: &[Body]) {
-        let CutBodies { reach, before, h, .. } = self;
+        let CutBodies { reach, poses_before, h, .. } = self;
+        let periods = domain.periods();
         let tight = gap::UNRESOLVED * *h;
         reach.find(&domain.grid, bodies, |k| {
             let body = &bodies[k];
-            let before = &before[k];
+            let moved = Moved::since(&poses_before[k], body, &periods);
             let shape = body.shape();
-            let bounds = body.reach().sup(&shape.turned(&before.orientation).bounds());
-            bounds.add_scalar(before.way.norm().max(tight) + BEYOND * *h)
+            let bounds = body.reach().sup(&shape.turned(&moved.orientation).bounds());
+            bounds.add_scalar(moved.displacement.norm().max(tight) + BEYOND * *h)
         });
         self.bodies.keep(&domain.grid, self.reach.here());
     }
@@ -382,7 +379,7 @@ struct FindTargets<'a, V: Velocities, const D: usize> {
     u: &'a VectorField<D>,
     /// As in [`super::stencil::Stencils::values`].
     limit: Option<(f64, f64)>,
-    /// Whether those that the bodies have just left have one.
+    /// Whether cells that the bodies have just left have targets as well.
     cleared: bool,
 }
 

@@ -13,7 +13,7 @@ use super::gap::{self, Surroundings, UNRESOLVED, smooth_step};
 use super::near::walls_within;
 use super::neighbour;
 use super::normal::{Foot, Normal};
-use super::seen::{Before, Feet, Kept, KeptFace, Known, Reach, SeenCell, Sight};
+use super::seen::{CellRanges, Feet, Kept, KeptFace, Known, Moved, SeenCell, Sight};
 use super::shared_cell::SharedCell;
 use super::stencil::{Cubic, Image, Reading, Stencil, Stencils};
 use crate::geometry::{
@@ -40,7 +40,7 @@ const MOST_FEET: usize = 16;
 /// A body shares at most one of so many of its cells: they lie in the plane between two.
 const FEW: usize = 4;
 
-/// How far a cell's middle is at most from what a face beside it is covered by (m).
+/// Largest distance of a cell's middle from what a face beside it is covered by (m).
 fn beside_face<const D: usize>(grid: &Grid<D>) -> f64 {
     let square = |axis: usize| {
         (0..D).map(|a| grid.h[a] * if a == axis { 1.0 } else { 0.5 }).map(|x| x * x).sum::<f64>()
@@ -53,7 +53,7 @@ fn beside_face<const D: usize>(grid: &Grid<D>) -> f64 {
 pub struct GhostCell {
     /// From the body's centre (m).
     pub arm: Vector3<f64>,
-    /// How much of what it has gives way to the profile: less than all outside, in gaps that the
+    /// Share of its velocity that gives way to the profile: less than 1 outside, in gaps that the
     /// grid does not resolve.
     pub weight: f64,
     /// The velocity that it is set to (m/s), as last found.
@@ -74,7 +74,7 @@ pub struct GhostCell {
 pub struct OwnCell<const D: usize> {
     /// From the body's centre (m).
     pub arm: Vector3<f64>,
-    /// How far the body speaks for the surface there: wholly where no other body is about as near.
+    /// Ownership weight of the body: 1 where no other body is about as near.
     pub ownership: f64,
     /// Acceleration that its cut faces add to the mean acceleration of its faces (m/s2), as last
     /// found.
@@ -89,23 +89,23 @@ pub struct OwnCell<const D: usize> {
 pub struct GapFace {
     /// The face's index in a field.
     pub face: u32,
-    /// How much of the gap is not resolved.
+    /// Share of the gap that is not resolved.
     pub share: f64,
-    /// How much of the flow friction leaves after a step.
+    /// Share of the flow that friction leaves after a step.
     pub kept: f64,
 }
 
 /// The faces that a body covers.
 #[derive(Clone, Debug)]
 pub struct CoveredFaces<const D: usize> {
-    /// Those within the box, by axis.
+    /// Faces within the box, by axis.
     pub cuts: [Cuts<D>; D],
-    /// Those at the sides of the box that an obstacle covers, by axis.
+    /// Faces at the sides of the box that an obstacle covers, by axis.
     pub at_sides: [Cuts<D>; D],
-    /// Of an obstacle that is one solid with others, the numbers among them to which the cells
-    /// below and above each face belong, by axis.
+    /// Owners of the cells below and above each face, by axis, of an obstacle that is one solid
+    /// with others: numbers among these.
     pub owners: [Vec<[u32; 2]>; D],
-    /// Those in narrow gaps that are nearest to it, by axis.
+    /// Faces in narrow gaps that are nearest to it, by axis.
     pub gaps: [Vec<GapFace>; D],
     /// Whether they may be faces of cells at a closed side of the box.
     pub at_boundary: bool,
@@ -116,7 +116,7 @@ pub struct CoveredFaces<const D: usize> {
 pub struct OwnCells<const D: usize> {
     /// All of them.
     pub cells: Vec<OwnCell<D>>,
-    /// Those that it shares with others.
+    /// Own cells that it shares with others.
     pub shared: Vec<SharedCell>,
 }
 
@@ -129,7 +129,7 @@ pub struct GhostCells {
     pub profiles: Vec<Reading>,
     /// The cubic extrapolation of those that have one; none where a body moves.
     pub cubic: Vec<Cubic>,
-    /// Those that it shares with others.
+    /// Ghost cells that it shares with others.
     pub shared: Vec<SharedCell>,
     /// Scratch of the faces that are about as near to one.
     pub(super) feet: Feet,
@@ -141,7 +141,7 @@ pub struct SurfaceReadings {
     /// Where all points lie in the body's own axes, about two a spacing; round bodies of one radius
     /// have one list.
     quadrature_points: Arc<[SurfacePoint]>,
-    /// Those of this rank, with the slope of the velocity along the outward normal there (1/s), by
+    /// Points of this rank, with the slope of the velocity along the outward normal there (1/s), by
     /// their parts of the surface (m2; m per metre of depth).
     pub points: Vec<Reading>,
     /// Whether it is flat in places: two points side by side have one normal.
@@ -155,7 +155,7 @@ pub struct CutBody<const D: usize> {
     pub faces: CoveredFaces<D>,
     /// Cells that it touches, with its fraction of them.
     pub solid: Vec<Overlap>,
-    /// Those of the cells that it touches to which no other body is nearer.
+    /// Cells that it touches to which no other body is nearer.
     pub own: OwnCells<D>,
     /// Cells whose velocity it sets.
     pub ghosts: GhostCells,
@@ -163,7 +163,7 @@ pub struct CutBody<const D: usize> {
     pub surface: SurfaceReadings,
     /// Stencils by which it reads the velocity beside its surface.
     pub stencils: Stencils<D>,
-    /// What it found before, of a body that stays where it is.
+    /// Faces and cells that it found before, of a body that stays where it is.
     pub(super) kept: Option<Box<Kept<D>>>,
     /// Whether another body or a surface is so near that there may be some in narrow gaps.
     pub has_neighbours: bool,
@@ -226,7 +226,7 @@ impl SurfaceReadings {
 }
 
 impl<const D: usize> CutBody<D> {
-    /// Those of bodies, on one rank.
+    /// The cut bodies of all bodies, on one rank.
     pub fn all(grid: &Grid<D>, bodies: &[Body], h: f64) -> Vec<CutBody<D>> {
         let mut known: Vec<(f64, Arc<[SurfacePoint]>)> = Vec::new();
         let points = |body: &Body| {
@@ -319,7 +319,7 @@ impl<const D: usize> CutBody<D> {
         &mut self,
         around: &Surroundings<D>,
         k: usize,
-        before: &Before,
+        moved: &Moved,
         planes: &mut [Vec<f64>; 3],
         arms: &mut [Vec<Vector3<f64>>; D],
     ) {
@@ -328,9 +328,10 @@ impl<const D: usize> CutBody<D> {
         let shape = body.shape();
         self.has_neighbours = around.has_neighbours(k);
         let tight = if self.has_neighbours { gap::UNRESOLVED * around.profiles.h } else { 0.0 };
-        let bounds = body.reach().sup(&shape.turned(&before.orientation).bounds());
-        let reached =
-            bounds.add_scalar(before.way.norm().max(tight)).add_scalar(BEYOND * around.profiles.h);
+        let bounds = body.reach().sup(&shape.turned(&moved.orientation).bounds());
+        let reached = bounds
+            .add_scalar(moved.displacement.norm().max(tight))
+            .add_scalar(BEYOND * around.profiles.h);
         if images(grid, body.shape(), &body.centre)
             .all(|image| Block::owned(grid, &image, &reached).ends().is_none())
         {
@@ -348,7 +349,7 @@ impl<const D: usize> CutBody<D> {
         self.ghosts.clear();
         self.faces.gaps.iter_mut().for_each(Vec::clear);
         self.stencils.begin(grid, &body.centre);
-        self.find_cells(around, k, before, &bounds, tight);
+        self.find_cells(around, k, moved, &bounds, tight);
         if tight > 0.0 {
             self.find_gaps(around, k, arms);
         }
@@ -504,17 +505,17 @@ impl<const D: usize> CutBody<D> {
         &mut self,
         around: &Surroundings<D>,
         k: usize,
-        before: &Before,
+        moved: &Moved,
         bounds: &Vector3<f64>,
         tight: f64,
     ) {
-        let reach = self.reach(around, k, before, tight);
+        let reach = self.reach(around, k, moved, tight);
         let mut kept = self.kept.take();
         let mut feet = std::mem::take(&mut self.ghosts.feet);
         if let Some(kept) = kept.as_mut().filter(|_| around.round.is_none()) {
             if !kept.sees {
-                let reach = self.reach(around, k, before, UNRESOLVED * around.profiles.h);
-                self.see_cells(around, k, before, bounds, &reach, |_, mut seen| {
+                let reach = self.reach(around, k, moved, UNRESOLVED * around.profiles.h);
+                self.see_cells(around, k, moved, bounds, &reach, |_, mut seen| {
                     seen.find_feet(around, k, &reach, &mut kept.feet, &mut feet.near);
                     kept.cells.push(seen);
                 });
@@ -526,7 +527,7 @@ impl<const D: usize> CutBody<D> {
             }
         } else {
             let Feet { near, of_cell } = &mut feet;
-            self.see_cells(around, k, before, bounds, &reach, |body, mut seen| {
+            self.see_cells(around, k, moved, bounds, &reach, |body, mut seen| {
                 let owned = around.ownership(&seen.arm, seen.sight.s);
                 of_cell.clear();
                 if owned > 0.0 {
@@ -545,15 +546,15 @@ impl<const D: usize> CutBody<D> {
         &mut self,
         around: &Surroundings<D>,
         k: usize,
-        before: &Before,
+        moved: &Moved,
         bounds: &Vector3<f64>,
-        reach: &Reach,
+        reach: &CellRanges,
         mut found: impl FnMut(&mut CutBody<D>, SeenCell),
     ) {
         let grid = around.grid;
         let body = &around.bodies[k];
         let mut touched_cells = 0;
-        let extent = bounds.add_scalar(before.way.norm().max(reach.tight));
+        let extent = bounds.add_scalar(moved.displacement.norm().max(reach.tight));
         let extent = extent.add_scalar(reach.beside);
         for centre in images(grid, body.shape(), &body.centre) {
             let image = self.stencils.image(grid, centre);
@@ -571,7 +572,7 @@ impl<const D: usize> CutBody<D> {
                 let touched = self.solid.get(touched_cells).filter(|solid| own(solid));
                 let touched = touched.map(|solid| solid.arm);
                 touched_cells += usize::from(touched.is_some());
-                let sight = reach.sight(around, before, &arm, touched.is_some(), &mut known);
+                let sight = reach.sight(around, moved, &arm, touched.is_some(), &mut known);
                 if let Some(sight) = sight {
                     let cell = cell as u32;
                     found(self, SeenCell { image, arm, touched, sight, cell, feet: [0; 2] });
@@ -585,7 +586,7 @@ impl<const D: usize> CutBody<D> {
     fn add_cell(
         &mut self,
         around: &Surroundings<D>,
-        reach: &Reach,
+        reach: &CellRanges,
         seen: &SeenCell,
         owned: f64,
         feet: &[Foot],
@@ -603,15 +604,15 @@ impl<const D: usize> CutBody<D> {
         }
     }
 
-    /// How far from a body cells concern it, of which those in gaps do up to `tight` (m).
-    fn reach(&self, around: &Surroundings<D>, k: usize, before: &Before, tight: f64) -> Reach {
+    /// Distances from a body up to which cells concern it, those in gaps up to `tight` (m).
+    fn reach(&self, around: &Surroundings<D>, k: usize, moved: &Moved, tight: f64) -> CellRanges {
         let body = &around.bodies[k];
         // No body has left a cell that is further off than a point of it went.
-        let turned = (around.orientation.matrix() - before.orientation.matrix()).norm();
+        let turned = (around.orientation.matrix() - moved.orientation.matrix()).norm();
         let turned = if around.round.is_some() { 0.0 } else { turned };
-        Reach {
+        CellRanges {
             tight,
-            way: before.way.norm() + (turned + 1e-9) * body.radius(),
+            travelled: moved.displacement.norm() + (turned + 1e-9) * body.radius(),
             beside: if self.surface.flat { beside_face(around.grid) } else { 0.0 },
             outside: if self.surface.flat && around.profiles.cubic {
                 2.0 * CLOSE * around.profiles.h

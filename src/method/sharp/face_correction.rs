@@ -1,8 +1,8 @@
 //! Face velocities beside a surface: predicted with their correction (formulas in the parent).
 
-use super::StepNumbers;
 use super::acceleration::PressureAcceleration;
 use super::cut::CutBodies;
+use super::step_numbers::FaceWeights;
 use crate::Result;
 use crate::domain::Domain;
 use crate::geometry::{Cut, FaceCentroids};
@@ -11,21 +11,21 @@ use crate::kernels::faces::means;
 use crate::particles::Body;
 use crate::state::{State, SurfaceHistory};
 
-/// (8): face velocities from those of the cells, ghosts filled, the correction, of which the
-/// part `numbers.keep` stays on the faces that a body cuts and `numbers.keep_open` on the
-/// others, and the acceleration by the last pressure over `dt` (s), of which the cells still
-/// have the part `1 - numbers.own`. The momentum-interpolation correction becomes the velocity
-/// before that acceleration.
+/// (8): face velocities from those of the cells, ghosts filled, the correction, of which the part
+/// `weights.cut_correction` stays on the faces that a body cuts and `weights.open_correction` on
+/// the others, and the acceleration by the last pressure over `dt` (s), of which the cells still
+/// have the part `1 - weights.face_gradient`. The correction becomes the velocity before that
+/// acceleration.
 pub fn interpolate<const D: usize>(
     cut: &mut CutBodies<D>,
     domain: &Domain<D>,
     s: &mut State<D>,
-    numbers: StepNumbers,
+    weights: FaceWeights,
     dt: f64,
     acceleration: &PressureAcceleration<D>,
 ) -> Result<()> {
-    let StepNumbers { keep, .. } = numbers;
-    let in_cells = numbers.in_cells(dt);
+    let keep = weights.cut_correction;
+    let in_cells = weights.in_cells(dt);
     let grid = &domain.grid;
     let acceleration = &acceleration.faces;
     let State { u, faces, bodies, surfaces, .. } = s;
@@ -38,7 +38,7 @@ pub fn interpolate<const D: usize>(
             before.extend(body.faces.gaps[axis].iter().map(|gap| correction[gap.face as usize]));
         }
     }
-    predict_open(grid, u, numbers, dt, acceleration, correction, faces);
+    predict_open(grid, u, weights, dt, acceleration, correction, faces);
     let mut before = &cut.corrections_before[..];
     for axis in 0..D {
         let q = &u[axis];
@@ -92,10 +92,9 @@ fn cover<const D: usize>(
     }
 }
 
-/// Updates the faces' correction, which `CutBodies::interpolate` left before the acceleration
-/// of its step, `dt` (s) long: to what their velocity was beyond the cells' `u` with ghost
-/// cells set at the present place, ghosts filled. What these change at once is then
-/// no change of a face's velocity.
+/// Updates the faces' correction, which [`interpolate`] left before the acceleration of its step,
+/// `dt` (s) long: to their velocity beyond that of the cells' `u` with ghost cells set at the
+/// present place, ghosts filled. What these change at once is then no change of a face's velocity.
 pub fn update_face_correction<const D: usize>(
     cut: &CutBodies<D>,
     domain: &Domain<D>,
@@ -133,14 +132,14 @@ pub fn update_face_correction<const D: usize>(
 fn predict_open<const D: usize>(
     grid: &Grid<D>,
     u: &VectorField<D>,
-    numbers: StepNumbers,
+    weights: FaceWeights,
     dt: f64,
     acceleration: &VectorField<D>,
     correction: &mut VectorField<D>,
     faces: &mut VectorField<D>,
 ) {
-    let keep = numbers.keep_open;
-    let in_cells = numbers.in_cells(dt);
+    let keep = weights.open_correction;
+    let in_cells = weights.in_cells(dt);
     simd(
         #[inline(always)]
         || {
@@ -164,8 +163,8 @@ fn predict_open<const D: usize>(
 struct OpenPart<const D: usize> {
     axis: usize,
     stride: [usize; D],
-    /// Over the distance between the cells that a derivative is taken from, and the mean of two
-    /// (1/m).
+    /// Factors of the differences of cells in the derivatives (1/m): `1/h` along the axis of the
+    /// face, `1/(4 h)` across it, as the mean of two central ones.
     inverse: [f64; D],
 }
 
@@ -176,7 +175,7 @@ impl<const D: usize> OpenPart<D> {
         OpenPart { axis, stride: grid.stride, inverse }
     }
 
-    /// That of the two cells, moved to the centroid of its open part by the derivatives.
+    /// Mean of the two cells, moved to the centroid of the open part by the derivatives.
     #[inline(always)]
     fn mean(&self, cut: &Cut, centroids: &FaceCentroids<D>, q: &[f64]) -> f64 {
         let face = cut.face as usize;

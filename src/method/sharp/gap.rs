@@ -1,5 +1,5 @@
-//! Gaps: how far it is along a normal of a body's wall to the next body or wall, and what the
-//! profile of the flow beside the wall is there ([`super::stencil`] has the sketch).
+//! Gaps: the width along a normal of a body's surface to the next body or wall, and the profile of
+//! the flow beside the surface there ([`super::stencil`] has the sketch).
 //!
 //! ```text
 //!      ( body k )                 a gap of the width g(x) = s_k + s_j at any point x, by the
@@ -33,7 +33,7 @@ pub const POISEUILLE: f64 = 12.0;
 /// round them differently.
 const SAME: f64 = 1e-9;
 
-/// What lies across a gap.
+/// The body or boundary across a gap.
 #[derive(Clone, Copy, Debug)]
 pub enum Other {
     /// Nothing that is near.
@@ -42,7 +42,7 @@ pub enum Other {
     /// axis, where there is one.
     Body(usize, Vector3<f64>, Option<usize>),
     /// A boundary with this velocity (m/s).
-    BoundaryKind(Vector3<f64>),
+    Boundary(Vector3<f64>),
 }
 
 impl Other {
@@ -58,7 +58,7 @@ impl Other {
                 velocity[axis] = -velocity[axis];
                 Some(velocity)
             }
-            Other::BoundaryKind(velocity) => Some(velocity),
+            Other::Boundary(velocity) => Some(velocity),
         }
     }
 }
@@ -91,12 +91,12 @@ pub struct Surroundings<'a, const D: usize> {
 pub struct Profiles {
     /// The spacing that depths and image points count in (m).
     pub h: f64,
-    /// What the flow in a gap of one spacing loses to its walls before it is imposed: it falls by
+    /// Friction in a gap of one spacing: before the flow there is imposed, its walls reduce it by
     /// `exp(-friction)`.
     pub friction: f64,
-    /// Whether cells near the wall take the cubic extrapolation: where no body moves.
+    /// Whether cells near the surface take the cubic extrapolation: where no body moves.
     pub cubic: bool,
-    /// Beyond which gap nothing is felt of what lies there (m).
+    /// Gap beyond which nothing is felt of what lies there (m).
     pub reach: f64,
     /// The profile far from other surfaces.
     pub parabola: Parabola,
@@ -136,7 +136,7 @@ pub fn smooth_step(x: f64, from: f64, to: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// How much of each form of the profile holds at a gap; they sum to one.
+/// Shares of the forms of the profile at a gap; they sum to one.
 pub struct Shares {
     /// The parabola.
     pub full: f64,
@@ -158,7 +158,7 @@ impl Shares {
         Shares { full, linear: open - full, across: 1.0 - open }
     }
 
-    /// Those of which this part of the parabola is left beside a corner, the rest a straight line.
+    /// Shares beside a corner, where this part of the parabola is left, the rest a straight line.
     pub fn beside_corner(self, clear: f64) -> Shares {
         let full = clear * self.full;
         Shares { full, linear: self.linear + self.full - full, ..self }
@@ -167,9 +167,9 @@ impl Shares {
 
 /// A gap along a normal.
 pub struct Gap {
-    /// How wide it is (m).
+    /// Its width (m).
     pub width: f64,
-    /// What lies there.
+    /// The body or boundary across it.
     pub other: Other,
 }
 
@@ -210,7 +210,7 @@ impl<const D: usize> Surroundings<'_, D> {
         (normal.foot + out * normal.n, out)
     }
 
-    /// What the body that is built has of itself along a normal; of a corner only with `corners`.
+    /// Distances along a normal to the body that is built; to a corner only with `corners`.
     pub fn ahead(&self, normal: &Normal, corners: bool) -> Ahead {
         if self.round.is_some() {
             return Ahead::NOTHING;
@@ -224,11 +224,11 @@ impl<const D: usize> Surroundings<'_, D> {
         Ahead { itself: itself.unwrap_or(f64::INFINITY), corner }
     }
 
-    /// How much of a profile of second or third order holds at a surface along a normal of the body
-    /// that is built, with the gap of this width (m) along that: all of it far from corners,
-    /// nothing where the second image point is half as far from another wall beside the normal. A
-    /// cell close to two walls of a corner between obstacles would have twice the imaginary part of
-    /// an eigenvalue that one wall gives it, which Legendre stages do not bear.
+    /// Share of a profile of second or third order at a surface along a normal of the body that is
+    /// built, with the gap of this width (m) along that: all of it far from corners, nothing where
+    /// the second image point is half as far from another wall beside the normal. A cell close to
+    /// two walls of a corner between obstacles would have twice the imaginary part of an eigenvalue
+    /// that one wall gives it, which Legendre stages do not bear.
     pub fn clear_of_corners(&self, normal: &Normal, width: f64) -> f64 {
         let own = self.shape();
         let (point, out) = self.second_point(normal);
@@ -243,7 +243,7 @@ impl<const D: usize> Surroundings<'_, D> {
         facing + (1.0 - facing) * smooth_step(least / out, 0.5, 1.0)
     }
 
-    /// How much of a gap of this width (m) the grid does not resolve, and how much of its flow
+    /// Share of a gap of this width (m) that the grid does not resolve, and share of its flow that
     /// friction leaves in half a step.
     pub fn flow(&self, width: f64) -> (f64, f64) {
         let gap = (width / self.profiles.h).max(1e-6);
@@ -255,9 +255,8 @@ impl<const D: usize> Surroundings<'_, D> {
         (share, (-self.profiles.friction / (gap * gap)).exp())
     }
 
-    /// How wide the gap is (m) that has the point at `arm` (m) from the centre of body `k`, `own`
-    /// (m) from its wall, so far as the grid does not resolve it; else it is at least so wide that
-    /// it does.
+    /// Width (m) of the gap that has the point at `arm` (m) from the centre of body `k`, `own` (m)
+    /// from its surface, where the grid does not resolve it; else at least so wide that it does.
     pub fn width_at(&self, k: usize, arm: &Vector3<f64>, own: f64) -> f64 {
         let mut other = f64::INFINITY;
         // Beyond that there is no gap that the grid does not resolve.
@@ -278,7 +277,7 @@ impl<const D: usize> Surroundings<'_, D> {
     }
 
     /// Whether the body `k` is the nearest to the point at `arm` (m) from its centre, `own` (m)
-    /// from its wall, or the first of those that are.
+    /// from its surface, or the first of those that are.
     pub fn is_nearest(&self, k: usize, arm: &Vector3<f64>, own: f64) -> bool {
         self.near.iter().all(|near| {
             let alike = SAME * self.profiles.h;
@@ -291,9 +290,9 @@ impl<const D: usize> Surroundings<'_, D> {
         })
     }
 
-    /// By how much (m) other faces of a body may be further from a cell inside, whose nearest face
-    /// is at the signed distance `s` (m), to have a share in it: the blending width, or as much as
-    /// the cell is deep.
+    /// Distance (m) by which other faces of a body may be further from a cell inside, whose nearest
+    /// face is at the signed distance `s` (m), to have a share in it: the blending width, or as
+    /// much as the cell is deep.
     pub fn beside_nearest(&self, s: f64) -> f64 {
         (BLENDING_WIDTH * self.profiles.h).min(-s)
     }
@@ -309,14 +308,14 @@ impl<const D: usize> Surroundings<'_, D> {
             let cosine = other.normal.dot(&foot.normal);
             (other.distance - cosine * foot.distance) / ((1.0 - cosine) * foot.distance)
         };
-        // Of itself that would be the ratio of two roundings.
+        // For the foot itself that would be the ratio of two roundings.
         let others = feet.iter().enumerate().filter(|(i, _)| *i != own);
         let on_face = others.map(|(_, other)| on_face(&other.near)).fold(1.0, f64::min);
         smooth_step(near, 0.0, 1.0) * smooth_step(on_face, 0.0, 1.0)
     }
 
     /// The ownership weight of a body to the point at `arm` (m) from its centre, `own` (m) from its
-    /// wall: 1 where no other is as near, 0 where one is much nearer, and one half where another
+    /// surface: 1 where no other is as near, 0 where one is much nearer, and one half where another
     /// one is at the same distance.
     pub fn ownership(&self, arm: &Vector3<f64>, own: f64) -> f64 {
         let band = BLENDING_WIDTH * self.profiles.h;
@@ -346,8 +345,8 @@ impl<const D: usize> Surroundings<'_, D> {
         !self.near.is_empty() || (0..2 * D).any(|f| within(f / 2, f % 2))
     }
 
-    /// The gap (m) along a normal of a body's wall, its centre at `image` (m), to the next body or
-    /// wall.
+    /// The gap (m) along a normal of a body's surface, its centre at `image` (m), to the next body
+    /// or wall.
     pub fn gap(&self, image: &Vector3<f64>, normal: &Normal) -> Gap {
         let Normal { n, foot, ahead, .. } = normal;
         let mut gap = Gap { width: f64::INFINITY, other: Other::Nothing };
@@ -385,7 +384,7 @@ impl<const D: usize> Surroundings<'_, D> {
                 gap.width = width;
                 gap.other = if let BoundaryKind::Velocity(velocity) = boundary {
                     let at = self.grid.position_on_boundary(axis, &(image + foot + width * n));
-                    Other::BoundaryKind(Vector3::from_fn(
+                    Other::Boundary(Vector3::from_fn(
                         |a, _| if a < D { velocity[a][at] } else { 0.0 },
                     ))
                 } else {

@@ -12,12 +12,12 @@
 use crate::grid::{Grid, VectorField};
 use pulp::Simd;
 
-/// A point on a line where the velocity is asked for, with its share in what is asked.
+/// A point on a line where the velocity is read, with its share in the sum that is read.
 #[derive(Clone, Copy, Debug)]
 pub struct ImagePoint {
     /// Factor of the velocity there in the sum that it is part of.
     pub share: f64,
-    /// How far out it is, as a factor of the line that it lies on.
+    /// Place on the line that it lies on, as a factor of that.
     pub out: f64,
 }
 
@@ -44,7 +44,7 @@ pub struct Lattice<const D: usize> {
 }
 
 impl<const D: usize> Lattice<D> {
-    /// Those of a grid.
+    /// The numbers of a grid.
     pub fn new(grid: &Grid<D>) -> Lattice<D> {
         let span = 3 * grid.stride.iter().sum::<usize>() + 1;
         let cells: usize = grid.stored.iter().product();
@@ -61,12 +61,12 @@ impl<const D: usize> Lattice<D> {
 pub struct Place<const D: usize> {
     /// The index in a field of the first cell of its stencil.
     first: usize,
-    /// How far it is after the second one (spacings).
+    /// Distance of the point after the second cell, along each axis (spacings).
     after: [f64; D],
 }
 
 impl<const D: usize> Ray<'_, D> {
-    /// The point so far `out` on the line.
+    /// Place of the point at the factor `out` of the line.
     #[inline(always)]
     pub fn place(&self, out: f64) -> Place<D> {
         let mut first = f64::from(self.origin);
@@ -82,7 +82,7 @@ impl<const D: usize> Ray<'_, D> {
 }
 
 impl<const D: usize> Place<D> {
-    /// That of no point.
+    /// Place of no point.
     pub const NONE: Place<D> = Place { first: 0, after: [0.0; D] };
 
     /// The velocity (m/s) there; ghosts of `u` filled. The compiler makes no vectors of rows of

@@ -1,5 +1,5 @@
-//! How the fluid gives way at once: at the start, and to bodies that come in with a velocity of
-//! their own.
+//! Impulsive start: the fluid gives way at once, at the start and to bodies that come in with a
+//! velocity of their own.
 //!
 //! ```text
 //!   U = H q + m U_b.n        div( (1/rho) grad P ) - sum_k (dV/m_k) j_k (j_k.P) = D
@@ -22,6 +22,7 @@ use crate::domain::Domain;
 use crate::grid::VectorField;
 use crate::kernels::faces;
 use crate::particles::{Impulse, Load, velocities};
+use crate::poisson::pressure::Accuracy;
 use crate::state::{BeforeForcing, State, SurfaceHistory};
 use nalgebra::{Matrix3, Vector3};
 
@@ -30,7 +31,7 @@ use nalgebra::{Matrix3, Vector3};
 ///
 /// # Errors
 /// When the projection fails.
-pub fn give_way<const D: usize>(
+pub fn apply<const D: usize>(
     domain: &mut Domain<D>,
     s: &mut State<D>,
     cut: &mut CutBodies<D>,
@@ -41,8 +42,8 @@ pub fn give_way<const D: usize>(
 ) -> Result<()> {
     let p = s.p.clone();
     let drive = s.drive;
-    // What the last surface changed of the cells, and the last step of the faces, stays what it
-    // was.
+    // The changes of the cells by the last forcing, and of the faces by the last step, stay what
+    // they were.
     shift(&mut SurfaceHistory::of(&mut s.surfaces)?.before_forcing, -1.0, &s.u);
     add(&mut s.faces_before, -1.0, &s.faces);
     for (k, cut) in cut.bodies.each().filter(|(k, _)| ids.contains(&s.bodies[*k].id)) {
@@ -52,9 +53,9 @@ pub fn give_way<const D: usize>(
     // No force of a step has made what is inside, before or after.
     rigid.take_inside(domain, s, cut, |_| true)?;
     for (motion, body) in rigid.motions.iter_mut().zip(&s.bodies) {
-        motion.inertia = body.mass();
+        motion.effective_mass = body.mass();
         motion.pressure = Load::default();
-        motion.turns =
+        motion.inverse_inertia =
             body.freedom().map_or_else(Matrix3::zeros, |freedom| body.inertia().inverse(&freedom));
     }
     rigid.find_displaced(domain, &s.bodies, cut)?;
@@ -89,7 +90,7 @@ pub fn project<const D: usize>(
     // A drive that holds a velocity does so here as well.
     s.drive = domain.drive.filter(|drive| drive.held().is_some()).map(|_| Vector3::zeros());
     if let Some(modes) = follow {
-        PressureStep::new(domain, cut, s, modes, motions, sums, 1.0)?.solve(None)?;
+        PressureStep::new(domain, cut, s, modes, motions, sums, 1.0)?.solve(Accuracy::Full)?;
     } else {
         domain.project(&cut.beta, s, 1.0)?;
     }
@@ -111,7 +112,7 @@ fn add<const D: usize>(to: &mut VectorField<D>, factor: f64, from: &VectorField<
         .for_each(|(to, from)| to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from));
 }
 
-/// Adds a multiple of the velocity `u` (m/s) of the cells to what they had before the surface.
+/// Adds a multiple of the velocity `u` (m/s) of the cells to their velocities before forcing.
 fn shift<const D: usize>(before_forcing: &mut [BeforeForcing<D>], factor: f64, u: &VectorField<D>) {
     for BeforeForcing { cell, velocity } in before_forcing {
         velocity

@@ -15,12 +15,12 @@ pub struct LocalBodies<const D: usize> {
     numbers: Vec<u32>,
     /// Per body of all ranks, its place among these.
     places: Vec<u32>,
-    /// What there is of a body that is not here.
+    /// The empty cut body of the bodies that are not here.
     nothing: CutBody<D>,
 }
 
 impl<const D: usize> LocalBodies<D> {
-    /// None of so many bodies yet.
+    /// No cut bodies yet, of `count` bodies on all ranks.
     pub fn none(grid: &Grid<D>, count: usize) -> LocalBodies<D> {
         LocalBodies {
             bodies: Vec::new(),
@@ -57,32 +57,32 @@ impl<const D: usize> LocalBodies<D> {
         (0..).zip(&self.numbers).for_each(|(place, k)| self.places[*k as usize] = place);
     }
 
-    /// How many bodies all ranks have.
+    /// Number of bodies on all ranks.
     pub fn count(&self) -> usize {
         self.places.len()
     }
 
-    /// Those here.
+    /// The cut bodies of this rank.
     pub fn iter(&self) -> std::slice::Iter<'_, CutBody<D>> {
         self.bodies.iter()
     }
 
-    /// Those here.
+    /// The cut bodies of this rank, to be changed.
     pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, CutBody<D>> {
         self.bodies.iter_mut()
     }
 
-    /// Those here, one after the other.
+    /// The cut bodies of this rank, one after the other.
     pub fn as_mut_slice(&mut self) -> &mut [CutBody<D>] {
         &mut self.bodies
     }
 
-    /// Those here, with their numbers.
+    /// The cut bodies of this rank, with their numbers.
     pub fn each(&self) -> impl Iterator<Item = (usize, &CutBody<D>)> + Clone {
         self.numbers.iter().map(|k| *k as usize).zip(&self.bodies)
     }
 
-    /// Those here, with their numbers.
+    /// The cut bodies of this rank, with their numbers, to be changed.
     pub fn each_mut(&mut self) -> impl Iterator<Item = (usize, &mut CutBody<D>)> {
         self.numbers.iter().map(|k| *k as usize).zip(&mut self.bodies)
     }

@@ -94,9 +94,9 @@ mod step_numbers;
 mod sums;
 mod surfaces;
 
-use super::momentum::Mixture;
+use super::momentum::MixtureProperties;
 use super::prediction::Prediction;
-use super::{Kind, Method};
+use super::{Method, MethodKind};
 use crate::Result;
 use crate::clock::Stage;
 use crate::contact::{Contacts, Medium};
@@ -108,7 +108,7 @@ use crate::kernels::faces::{self, FaceCoefficient};
 use crate::numerics::IMAGE_POINT;
 use crate::particles::{Body, RigidVelocity, velocities};
 use crate::petsc::LogStage;
-use crate::poisson::pressure::Projected;
+use crate::poisson::pressure::{Accuracy, Projected};
 use crate::scheme::Scheme;
 use crate::state::{Balance, BeforeForcing, Exchange, State, SurfaceHistory};
 use acceleration::PressureAcceleration;
@@ -117,7 +117,7 @@ pub use gap::reach as gap_reach;
 use modes::Modes;
 use pressure_step::PressureStep;
 use rigid::RigidStep;
-use step_numbers::StepNumbers;
+use step_numbers::{FaceWeights, StepNumbers};
 use surfaces::Surfaces;
 
 /// Depth to which the profile is continued into a body (spacings): the fifth-order upwind value of
@@ -126,7 +126,7 @@ const PROFILE_DEPTH: f64 = 2.5;
 
 /// The method with sharp surfaces.
 pub struct Sharp<const D: usize> {
-    mixture: Mixture,
+    mixture: MixtureProperties,
     prediction: Prediction<D>,
     cut: CutBodies<D>,
     acceleration: PressureAcceleration<D>,
@@ -144,8 +144,8 @@ pub fn ghost_width(h: &[f64]) -> (f64, usize) {
 }
 
 impl<const D: usize> Method<D> for Sharp<D> {
-    fn kind(&self) -> Kind {
-        Kind::Sharp
+    fn kind(&self) -> MethodKind {
+        MethodKind::Sharp
     }
 
     fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
@@ -185,7 +185,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
             &mut self.cut,
             domain,
             s,
-            StepNumbers::START,
+            FaceWeights::START,
             0.0,
             &self.acceleration,
         )?;
@@ -196,7 +196,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         let surfaces = SurfaceHistory::of(&mut s.surfaces)?;
         copy(&s.faces, &mut surfaces.correction);
         surfaces.before_forcing.reserve(self.cut.most_ghost_cells());
-        self.rigid.give_past(domain, s, &self.cut, |_| true)?;
+        self.rigid.initialise_history(domain, s, &self.cut, |_| true)?;
         s.exchange.fill(Exchange::default());
         s.balance = s.has_free_bodies().then(Balance::default);
         self.start_balance(domain, s)?;
@@ -221,7 +221,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         self.acceleration.of_pressure(domain, &mut self.cut, &s.bodies, &s.p, s.drive);
     }
 
-    fn mixture(&self) -> &Mixture {
+    fn mixture(&self) -> &MixtureProperties {
         &self.mixture
     }
 
@@ -257,12 +257,17 @@ impl<const D: usize> Method<D> for Sharp<D> {
         balance::begin(domain, s)
     }
 
-    fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+    fn impose_inserted(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        ids: &[usize],
+    ) -> Result<()> {
         if ids.is_empty() {
             return Ok(());
         }
         let Sharp { cut, acceleration, modes, rigid, .. } = self;
-        impulsive_start::give_way(domain, s, cut, acceleration, rigid, modes, ids)
+        impulsive_start::apply(domain, s, cut, acceleration, rigid, modes, ids)
     }
 
     fn begin_bodies(
@@ -274,7 +279,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         if ids.is_empty() {
             return Ok(());
         }
-        self.rigid.give_past(domain, s, &self.cut, |id| ids.contains(&id))
+        self.rigid.initialise_history(domain, s, &self.cut, |id| ids.contains(&id))
     }
 }
 
@@ -284,7 +289,7 @@ impl<const D: usize> Sharp<D> {
     pub fn new(
         domain: &Domain<D>,
         bodies: &[Body],
-        mixture: Mixture,
+        mixture: MixtureProperties,
         prediction: Prediction<D>,
         contacts: Option<Contacts>,
     ) -> Sharp<D> {
@@ -319,9 +324,9 @@ impl<const D: usize> Sharp<D> {
         rigid.begin(domain, s, cut.h, dt)?;
         s.substeps = 0;
         if s.bodies.iter().any(Body::moves) {
-            cut.depart(&s.bodies);
+            cut.keep_poses(&s.bodies);
             rigid.advance(domain, s, cut.h, dt)?;
-            cut.arrive(domain, &s.bodies, dt);
+            cut.rebuild_moved(domain, &s.bodies, dt);
             boundaries::cover_boundaries(cut, domain);
         }
         if self.set_ghost_layers(domain, &s.bodies) {
@@ -359,7 +364,7 @@ impl<const D: usize> Sharp<D> {
             domain.projection.assemble(&domain.grid, &self.cut.beta)?;
             domain.clock.lap(Stage::Assembly);
         }
-        if numbers.keep > 0.0 || numbers.crowded {
+        if numbers.weights.cut_correction > 0.0 || numbers.crowded {
             let surfaces = SurfaceHistory::of(&mut s.surfaces)?;
             let stage = &mut self.prediction.stage;
             copy(&s.u, stage);
@@ -440,16 +445,17 @@ impl<const D: usize> Sharp<D> {
         dt: f64,
     ) -> Result<()> {
         let _logged = domain.session.log(LogStage::Prediction)?;
-        self.acceleration.add_to(domain, &self.cut, -numbers.own * dt, &mut s.u);
+        self.acceleration.add_to(domain, &self.cut, -numbers.weights.face_gradient * dt, &mut s.u);
         domain.boundaries.fill_stencils(&mut s.u)?;
         domain.clock.lap(Stage::Ghosts);
         if !s.faces_before[0].is_empty() {
             std::mem::swap(&mut s.faces, &mut s.faces_before);
         }
-        face_correction::interpolate(&mut self.cut, domain, s, numbers, dt, &self.acceleration)?;
+        let weights = numbers.weights;
+        face_correction::interpolate(&mut self.cut, domain, s, weights, dt, &self.acceleration)?;
         domain.boundaries.set_faces(&mut s.faces);
-        if numbers.own < 1.0 {
-            self.acceleration.add_to(domain, &self.cut, (numbers.own - 1.0) * dt, &mut s.u);
+        if weights.face_gradient < 1.0 {
+            self.acceleration.add_to(domain, &self.cut, -weights.in_cells(dt), &mut s.u);
         }
         domain.clock.lap(Stage::Faces);
         Ok(())
@@ -466,7 +472,7 @@ impl<const D: usize> Sharp<D> {
             Some(contacts) => {
                 contact_correction::solve(&mut contacts.impulses(), &mut step, correction)?
             }
-            None => (step.solve(None)?, 0.0),
+            None => (step.solve(Accuracy::Full)?, 0.0),
         };
         s.energy.bounded += taken;
         domain.clock.lap(Stage::Pressure);

@@ -66,7 +66,7 @@ impl Modes {
             let (cut, Some(freedom)) = (&cut.bodies[k], bodies[k].freedom()) else { continue };
             for axis in (0..D).filter(|a| freedom.translation[*a]) {
                 let mode = k * D + axis;
-                weights[mode] = volume / motion.inertia;
+                weights[mode] = volume / motion.effective_mass;
                 entries.extend(
                     cut.faces.cuts[axis]
                         .iter()
@@ -78,13 +78,13 @@ impl Modes {
             let cut = &cut.bodies[k];
             let radius = bodies[k].radius();
             // Velocities per radius, so that these modes are of the size of the others.
-            let inverse_mass = SymmetricEigen::new(radius * radius * motions[k].turns);
+            let inverse_inertia = SymmetricEigen::new(radius * radius * motions[k].inverse_inertia);
             let axes = (0..3)
-                .filter(|a| bodies[k].freedom().is_some() && inverse_mass.eigenvalues[*a] > 0.0);
+                .filter(|a| bodies[k].freedom().is_some() && inverse_inertia.eigenvalues[*a] > 0.0);
             for (mode, about) in axes.enumerate() {
                 let mode = (n + i) * D + mode;
-                weights[mode] = volume * inverse_mass.eigenvalues[about];
-                let spin = inverse_mass.eigenvectors.column(about) / radius;
+                weights[mode] = volume * inverse_inertia.eigenvalues[about];
+                let spin = inverse_inertia.eigenvectors.column(about) / radius;
                 for axis in 0..D {
                     let face = |(cut, centroids): (&Cut, &FaceCentroids<D>)| {
                         mode_face(mode, axis, cut.face, spin.cross(&centroids.lever())[axis])
@@ -99,8 +99,8 @@ impl Modes {
     }
 }
 
-/// Lets the pressure's equation know of a drive that holds a mean velocity; returns its mean
-/// response (m3/kg). Collective.
+/// Gives the pressure's operator a drive that holds a mean velocity; returns its mean response
+/// (m3/kg). Collective.
 pub fn hold<const D: usize>(
     domain: &mut Domain<D>,
     cut: &CutBodies<D>,
@@ -114,14 +114,14 @@ pub fn hold<const D: usize>(
         bodies[k]
             .freedom()
             .filter(|freedom| freedom.translation[axis])
-            .map(|_| motions[k].displaced[axis] / motions[k].inertia)
+            .map(|_| motions[k].displaced_volume[axis] / motions[k].effective_mass)
     };
     let of_body = cut.bodies.each().map(|(k, cut)| (goes(k), cut));
-    let followed =
-        of_body.filter_map(|(inverse_mass, cut)| Some((inverse_mass?, &cut.faces.cuts[axis])));
-    let faces = followed.flat_map(|(inverse_mass, cuts)| {
+    let followed = of_body
+        .filter_map(|(inverse_density, cut)| Some((inverse_density?, &cut.faces.cuts[axis])));
+    let faces = followed.flat_map(|(inverse_density, cuts)| {
         cuts.iter()
-            .map(move |cut| (cut.face as usize, inverse_mass * cut.solid_fraction, cut.owned))
+            .map(move |cut| (cut.face as usize, inverse_density * cut.solid_fraction, cut.owned))
     });
     domain.hold(&cut.beta, faces)
 }

@@ -76,7 +76,7 @@ impl NearBodies {
                 if are_one(wall, body) {
                     continue;
                 }
-                // Of two obstacles the first looks for the other.
+                // The first of two obstacles looks for the other.
                 let both = body.shape().is_obstacle();
                 let arm = body.centre - wall.centre;
                 let close = || {

@@ -14,7 +14,7 @@ pub struct Neighbour {
     /// The way to its nearest image (m), and how that is turned.
     pub(super) apart: Vector3<f64>,
     pub(super) orientation: Orientation,
-    /// Normal to which axis the plane of symmetry is in which this is its image.
+    /// Axis normal to the plane of symmetry in which this is the image of the body itself.
     pub(super) mirror: Option<usize>,
     /// Its radius (m) where it is round: cells ask many neighbours for their distance, and round
     /// ones respond at once.
@@ -129,10 +129,10 @@ impl Neighbour {
         Neighbour { body: number, apart, orientation, mirror, round, radius, grazes: 0.0 }
     }
 
-    /// It, beside a body of this radius (m) where that is round.
+    /// The neighbour beside a body of this radius (m), where that is round.
     fn beside(mut self, own: Option<f64>) -> Neighbour {
         let square = |radius: f64| (self.apart.norm_squared() - radius * radius).max(0.0);
-        // What nearly grazes it is looked at.
+        // Normals that nearly graze it are looked at.
         self.grazes = match (own, self.round) {
             (Some(_), Some(radius)) => (1.0 - 1e-9) * square(radius).sqrt(),
             _ => f64::NEG_INFINITY,
@@ -147,8 +147,8 @@ impl Neighbour {
         k < self.body || (k == self.body && ahead())
     }
 
-    /// The signed distance (m) of its wall from the point at `arm` (m) from the centre of the body
-    /// that it is near.
+    /// The signed distance (m) of its surface from the point at `arm` (m) from the centre of the
+    /// body that it is near.
     #[inline]
     pub(super) fn distance(&self, bodies: &[Body], arm: &Vector3<f64>) -> f64 {
         let arm = arm - self.apart;
@@ -158,16 +158,16 @@ impl Neighbour {
         )
     }
 
-    /// Whether its wall is further from there than this (m) beyond doubt, which is found without a
-    /// root.
+    /// Whether its surface is further from there than this (m) beyond doubt, which is found without
+    /// a root.
     #[inline]
     pub(super) fn is_beyond(&self, arm: &Vector3<f64>, distance: f64) -> bool {
         let least = (distance + self.radius).max(0.0);
         (arm - self.apart).norm_squared() > (1.0 + 1e-12) * least * least
     }
 
-    /// How far (m) a ray from the point at `from` (m) along `n` goes to its wall, if it meets it;
-    /// of a body that is not round only within the `reach` (m).
+    /// Distance (m) along a ray from the point at `from` (m) along `n` to its surface, if it meets
+    /// that; of a body that is not round only within the `reach` (m).
     #[inline]
     pub(super) fn meets(
         &self,

@@ -1,4 +1,4 @@
-//! Normals of a body's surface, and what the body has of itself along them.
+//! Normals of a body's surface, and how far the body itself is along them.
 
 use crate::geometry::Nearest;
 use nalgebra::Vector3;
@@ -11,22 +11,22 @@ pub struct Line {
     pub along: Vector3<f64>,
 }
 
-/// What a body has of itself along a normal of its surface.
+/// Distances to the body itself along a normal of its surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Ahead {
-    /// How far it is to where that meets the body again (m); infinite where it does not.
+    /// Distance to where that meets the body again (m); infinite where it does not.
     pub itself: f64,
-    /// How far the second image point is from an obstacle's own walls (m); infinite of other
+    /// Distance of the second image point from an obstacle's own surface (m); infinite of other
     /// bodies.
     pub corner: f64,
 }
 
 impl Ahead {
-    /// Nothing.
+    /// Nothing of the body itself.
     pub const NOTHING: Ahead = Ahead { itself: f64::INFINITY, corner: f64::INFINITY };
 }
 
-/// That line, and where it leaves the surface.
+/// A normal: its line, and where it leaves the surface.
 pub struct Normal {
     pub line: Line,
     /// Whether it comes from the centre as the arm of its point.
@@ -35,7 +35,7 @@ pub struct Normal {
     pub n: Vector3<f64>,
     /// Where it leaves the surface (m, from the body's centre).
     pub foot: Vector3<f64>,
-    /// What the body has of itself along it.
+    /// Distances to the body itself along it.
     pub ahead: Ahead,
     /// At the distance d from the surface, `out = (wall + d)/length` (m).
     wall: f64,
@@ -84,7 +84,7 @@ impl Normal {
 pub struct Foot {
     /// The cell's signed distance from it, and the outward normal there.
     pub near: Nearest,
-    /// What the body has of itself along that.
+    /// Distances to the body itself along that normal.
     pub ahead: Ahead,
 }
 

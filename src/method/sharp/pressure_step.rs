@@ -19,7 +19,7 @@ use crate::drive::Driving;
 use crate::grid::{Boundaries, Grid, VectorField};
 use crate::particles::Body;
 use crate::petsc::Session;
-use crate::poisson::pressure::{Coupled, Projected, Projection};
+use crate::poisson::pressure::{Accuracy, Coupled, Projected, Projection};
 use crate::state::State;
 use nalgebra::Vector3;
 
@@ -50,27 +50,27 @@ impl<'a, const D: usize> PressureStep<'a, D> {
         dt: f64,
     ) -> Result<PressureStep<'a, D>> {
         modes.set(domain, cut, &s.bodies, motions)?;
-        let inverse_mass = modes::hold(domain, cut, &s.bodies, motions)?;
+        let inverse_density = modes::hold(domain, cut, &s.bodies, motions)?;
         let Domain { session, grid, boundaries, projection, drive, .. } = domain;
         let session = &*session;
         let beta = &cut.beta;
         let drive = drive.as_ref().zip(s.drive.as_mut());
         let driving =
-            drive.map(|(drive, force)| Driving { drive, force, beta, inverse_mass, session });
+            drive.map(|(drive, force)| Driving { drive, force, beta, inverse_density, session });
         let coupled = CoupledFaces::new(cut, &mut s.faces, &mut s.bodies);
         let oblong = modes.oblong();
         let following = Following { session, coupled, driving, oblong, motions, sums };
         Ok(PressureStep { grid, boundaries, projection, p: &mut s.p, dt, following })
     }
 
-    /// C-HSMAC (13-15), the bodies with it; `roughly` as in [`Projection::project`]. Collective.
+    /// C-HSMAC (13-15), the bodies with it; `accuracy` as in [`Projection::project`]. Collective.
     ///
     /// # Errors
     /// As there.
-    pub fn solve(&mut self, roughly: Option<f64>) -> Result<Projected> {
+    pub fn solve(&mut self, accuracy: Accuracy) -> Result<Projected> {
         let PressureStep { grid, boundaries, projection, p, dt, following } = self;
         let beta = &following.coupled.cut().beta;
-        let projected = projection.project(grid, boundaries, beta, *dt, p, following, roughly)?;
+        let projected = projection.project(grid, boundaries, beta, *dt, p, following, accuracy)?;
         following.tell()?;
         Ok(projected)
     }
@@ -95,7 +95,7 @@ impl<'a, const D: usize> PressureStep<'a, D> {
         let Following { coupled, motions, .. } = &mut self.following;
         for (k, impulse) in given.iter().enumerate() {
             let Some(freedom) = coupled.bodies()[k].freedom() else { continue };
-            let change = freedom.along(&impulse.linear) / motions[k].inertia;
+            let change = freedom.along(&impulse.linear) / motions[k].effective_mass;
             coupled.change(k, &change, &impulses.turned_by(k, &impulse.angular));
         }
     }
@@ -124,7 +124,8 @@ impl<const D: usize> Coupled<D> for Following<'_, D> {
         }
         let drive = driving.drive;
         for k in 0..self.motions.len() {
-            let force = drive.on_body(&change, 1.0).component_mul(&self.motions[k].displaced);
+            let force =
+                drive.on_body(&change, 1.0).component_mul(&self.motions[k].displaced_volume);
             apply_force(&mut self.coupled, &mut self.motions[k], k, &force, dt);
         }
         Ok(())
@@ -158,7 +159,11 @@ impl<const D: usize> Following<'_, D> {
             let motion = &mut self.motions[k];
             motion.pressure.torque += torque;
             if self.coupled.bodies()[k].freedom().is_some() {
-                self.coupled.change(k, &Vector3::zeros(), &(motion.turns * (dt * torque)));
+                self.coupled.change(
+                    k,
+                    &Vector3::zeros(),
+                    &(motion.inverse_inertia * (dt * torque)),
+                );
             }
         }
         Ok(())
@@ -166,8 +171,8 @@ impl<const D: usize> Following<'_, D> {
 }
 
 impl<const D: usize> Following<'_, D> {
-    /// Tells all ranks what the solve has made of the bodies, which those know that bodies reach.
-    /// Collective.
+    /// Sends the velocities of the bodies after the solve, and their loads by pressure, from the
+    /// ranks that bodies reach to all ranks. Collective.
     fn tell(&mut self) -> Result<()> {
         if self.session.size() == 1 {
             return Ok(());
@@ -199,7 +204,7 @@ fn apply_force<const D: usize>(
 ) {
     motion.pressure.force += force;
     if let Some(freedom) = coupled.bodies()[k].freedom() {
-        let change = freedom.along(force) * (dt / motion.inertia);
+        let change = freedom.along(force) * (dt / motion.effective_mass);
         coupled.change(k, &change, &Vector3::zeros());
     }
 }

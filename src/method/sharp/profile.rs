@@ -14,7 +14,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// What the mean of a cell has beyond its middle, of `h^2 w''` along the normal of a surface: the
+/// Mean of a cell less the value in its middle, over `h^2 w''` along the normal of a surface: the
 /// mean of `x^2/2` over a cell of the width 1, by Taylor's expansion. On a curved surface `h^2/24`
 /// of the slope over the radius would come to it, with which the drag of an array of spheres on 8
 /// cells a diameter is 2.9 % too little, without 1.3 %.
@@ -52,7 +52,7 @@ fn bend(s: f64) -> f64 {
     CELL_MEAN + 0.5 * s * s
 }
 
-/// What a, b and c of the cubic make of its mean in a cell at the distance `s`.
+/// Factors of a, b and c of the cubic in its mean in a cell at the distance `s`.
 fn cubic_mean(s: f64) -> Vector3<f64> {
     Vector3::new(s, bend(s), s * (CELL_MEAN + s * s / 6.0))
 }

@@ -27,21 +27,21 @@ pub struct RigidStep {
     pub contacts: Option<Contacts>,
     /// Force of the fluid (N) in gaps that the grid does not resolve, which walls and held bodies
     /// have in place of free ones.
-    pub passed_on: Vector3<f64>,
-    /// Whether the momentum that advection takes of one cell another has: else what it loses is
-    /// nobody's force.
+    pub gap_force_on_fixed: Vector3<f64>,
+    /// Whether advection conserves momentum, so that what it takes of one cell another has: else
+    /// what it loses is nobody's force.
     keeps_momentum: bool,
     /// Momentum that the step gives to the cells of each body beside the flow.
     pub exchanged: Vec<Impulse>,
     /// Scratch of what ranks sum, of the correction of contacts, and of the accelerations that are
     /// frozen over the step.
     pub sums: Sums,
-    pub correction: contact_correction::Work,
+    pub correction: contact_correction::CorrectionScratch,
     accelerations: Vec<Accelerations>,
 }
 
 impl RigidStep {
-    /// That of these bodies.
+    /// The step of these bodies.
     pub fn new(bodies: &[Body], contacts: Option<Contacts>, keeps_momentum: bool) -> RigidStep {
         let n = bodies.len();
         let motion = |body: &Body| BodyMotion {
@@ -51,17 +51,17 @@ impl RigidStep {
         RigidStep {
             motions: bodies.iter().map(motion).collect(),
             contacts,
-            passed_on: Vector3::zeros(),
+            gap_force_on_fixed: Vector3::zeros(),
             keeps_momentum,
             exchanged: vec![Impulse::default(); n],
             sums: Sums::with_capacity(n),
-            correction: contact_correction::Work::new(n),
+            correction: contact_correction::CorrectionScratch::new(n),
             accelerations: vec![Accelerations::default(); n],
         }
     }
 
-    /// Takes how bodies move, and the accelerations that the last step lets expect, on a grid where
-    /// image points count in spacings of `h` (m).
+    /// Takes the motion at the start of the step, and the accelerations expected from the last
+    /// step, on a grid where image points count in spacings of `h` (m).
     pub fn begin<const D: usize>(
         &mut self,
         domain: &Domain<D>,
@@ -76,7 +76,7 @@ impl RigidStep {
         self.recall_accelerations(domain, s, h, dt)
     }
 
-    /// Takes the accelerations that the last step lets expect.
+    /// Takes the accelerations expected from the last step.
     fn recall_accelerations<const D: usize>(
         &mut self,
         domain: &Domain<D>,
@@ -107,7 +107,7 @@ impl RigidStep {
     /// (17, 18, 20-26): moves the bodies on by `dt` (s), through contacts where there are any.
     ///
     /// # Errors
-    /// Those of contacts, or where bodies run into each other that no law of contact stops.
+    /// When contacts fail, or bodies run into each other that no law of contact stops.
     pub fn advance<const D: usize>(
         &mut self,
         domain: &mut Domain<D>,
@@ -170,7 +170,8 @@ impl RigidStep {
             let history = &mut histories[k];
             let before = history.shear.replace(shear).unwrap_or(shear);
             motion.pressure = pressure;
-            motion.pressure.force += domain.felt(&s.drive, 1.0).component_mul(&motion.displaced);
+            motion.pressure.force +=
+                domain.felt(&s.drive, 1.0).component_mul(&motion.displaced_volume);
             let (drag, turn) = unit.resistance(body, &motion.surface_moments);
             let drag = drag.max(unit.least_drag(body, drag, fluid.density, dt));
             let share = inertial_share(body, &turn, dt);
@@ -180,7 +181,7 @@ impl RigidStep {
                 torque: shear.torque + centred.component_mul(&(before.torque - shear.torque)),
             };
             let Some(freedom) = body.freedom() else { continue };
-            motion.inertia = body.mass() + dt * drag;
+            motion.effective_mass = body.mass() + dt * drag;
             let weight = (body.mass() - fluid.density * body.volume()) * fluid.gravity;
             let resisted = drag * (motion.expected.velocity - motion.start.velocity);
             let change = dt
@@ -190,14 +191,14 @@ impl RigidStep {
                     + weight
                     + resisted)
                 + impulse.linear;
-            body.velocity = motion.start.velocity + freedom.along(&change) / motion.inertia;
-            // The same angular momentum is another spin once it has turned.
+            body.velocity = motion.start.velocity + freedom.along(&change) / motion.effective_mass;
+            // A body that has turned has another spin at the same angular momentum.
             let kept = motion.angular_momentum - body.inertia().of(&motion.start.spin);
             let resisted = turn.of(&(motion.expected.spin - motion.start.spin));
             let change = dt * (motion.shear.torque + motion.pressure.torque + resisted)
                 + (impulse.angular + kept);
             let inertia = body.inertia().plus(dt, &turn);
-            body.spin = motion.start.spin + inertia.inverse_mass(&change, &freedom);
+            body.spin = motion.start.spin + inertia.spin_change(&change, &freedom);
             if let Some(contacts) = &mut self.contacts {
                 // Contacts have had no part in what they did not expect, and would take it back
                 // with the next step only.
@@ -210,7 +211,7 @@ impl RigidStep {
                 contacts.add_turn(k, &-inertia.of(&held));
             }
             if !body.shape().is_round() {
-                motion.turns = inertia.inverse(&freedom);
+                motion.inverse_inertia = inertia.inverse(&freedom);
             }
         }
         domain.clock.lap(Stage::Mixing);
@@ -245,7 +246,7 @@ impl RigidStep {
                 acceleration: (without - motion.start.velocity) / dt,
                 angular: (body.spin
                     - motion.start.spin
-                    - inertia.inverse_mass(&(impulse.angular + kept), &freedom))
+                    - inertia.spin_change(&(impulse.angular + kept), &freedom))
                     / dt,
             };
         }
@@ -262,7 +263,7 @@ impl RigidStep {
         cut: &CutBodies<D>,
     ) -> Result<()> {
         for (motion, body) in self.motions.iter_mut().zip(bodies) {
-            motion.displaced = Vector3::repeat(body.volume());
+            motion.displaced_volume = Vector3::repeat(body.volume());
         }
         if domain.drive.as_ref().and_then(|drive| drive.held()).is_none() {
             return Ok(());
@@ -279,7 +280,7 @@ impl RigidStep {
         let all = vectors.sum_for_all(&domain.session, &cut.reach, messages, own)?;
         let free = self.motions.iter_mut().zip(bodies).zip(all);
         for ((motion, _), displaced) in free.filter(|((_, body), _)| body.freedom().is_some()) {
-            (0..D).for_each(|axis| motion.displaced[axis] = displaced[axis]);
+            (0..D).for_each(|axis| motion.displaced_volume[axis] = displaced[axis]);
         }
         Ok(())
     }
@@ -302,8 +303,8 @@ impl RigidStep {
         Ok(())
     }
 
-    /// (19): what each body exchanged with the fluid over the step `dt` (s), what it takes in of
-    /// what it missed, and its acceleration without contacts for the next step. Collective.
+    /// (19): finds the exchange of each body with the fluid over the step `dt` (s), its filtered
+    /// force defect, and its acceleration without contacts for the next step. Collective.
     pub fn find_loads<const D: usize>(
         &mut self,
         domain: &mut Domain<D>,
@@ -327,10 +328,10 @@ impl RigidStep {
             } else {
                 motion.pressure.force + motion.shear.force
             };
-            motion.spin_lost = swirl - before.1 - spun;
+            motion.angular_momentum_lost = swirl - before.1 - spun;
             let struck = self.contacts.as_ref().map(|c| c.outcome().impulse(k)).unwrap_or_default();
             let felt = motion.pressure.force + motion.shear.force + histories[k].filtered_defect;
-            // What moved a free body, the resistance to changes within the step included.
+            // Force that moved it beyond that, the resistance to changes within the step included.
             let moved = body.freedom().map(|freedom| {
                 let weight =
                     (body.mass() - domain.fluid.density * body.volume()) * domain.fluid.gravity;
@@ -341,7 +342,7 @@ impl RigidStep {
             });
             let used = felt + moved.unwrap_or_default();
             motion.force_defect = lost - motion.pressure.force - motion.shear.force;
-            motion.used = used;
+            motion.force = used;
             s.exchange[k] = Exchange { contact: struck.linear / dt, ..motion.exchange() };
         }
         self.share_defect_of_joined(&cut.joined);
@@ -351,7 +352,7 @@ impl RigidStep {
             self.motions.iter().zip(histories.iter_mut())
         {
             *undelivered += dt
-                * (motion.force_defect + motion.pressure.force + motion.shear.force - motion.used);
+                * (motion.force_defect + motion.pressure.force + motion.shear.force - motion.force);
             *filtered_defect += take_in * (motion.force_defect - *filtered_defect);
         }
         self.take_accelerations(&ShearUnit::new(domain, cut.h), &s.bodies, histories, dt);
@@ -360,8 +361,8 @@ impl RigidStep {
         Ok(())
     }
 
-    /// Shares what pressure and wall shear miss of obstacles that are one solid among them by the
-    /// areas of their walls: where one ends within the solid, the cells cannot tell.
+    /// Shares the force defect of obstacles that are one solid among them by the areas of their
+    /// surfaces: where one ends within the solid, the cells cannot tell.
     fn share_defect_of_joined(&mut self, all: &[Vec<(usize, Vector3<f64>)>]) {
         for (k, joined) in all.iter().enumerate() {
             // Once for all of them, by the first.
@@ -381,10 +382,10 @@ impl RigidStep {
         }
     }
 
-    /// Takes from what pressure and wall shear miss the part that two bodies with a gap between
-    /// them that the grid does not resolve would do to each other along the line between their
-    /// nearest points, or a wall to a body: whose it is of what the fluid lost there the cells
-    /// cannot tell, and taken in with a delay it would be spurious work. The sum of a pair's stays.
+    /// Removes from the force defects of two bodies whose gap the grid does not resolve the equal
+    /// and opposite part along the line between their nearest points, likewise of a body at a wall:
+    /// the cells cannot tell whose part of what the fluid lost there it is, and taken in with a
+    /// delay it would be spurious work. The sum of a pair's stays.
     fn share_force_defect<const D: usize>(
         &mut self,
         domain: &Domain<D>,
@@ -393,7 +394,7 @@ impl RigidStep {
     ) {
         let motions = &mut self.motions;
         let periods = domain.periods();
-        self.passed_on = Vector3::zeros();
+        self.gap_force_on_fixed = Vector3::zeros();
         for i in 0..bodies.len() {
             for &j in cut.near.near[i].iter().filter(|j| **j > i) {
                 let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &periods);
@@ -411,7 +412,7 @@ impl RigidStep {
                 motions[i].force_defect -= of_i * n;
                 motions[j].force_defect -= of_j * n;
                 // Nothing of a free pair; else it is left to what holds the other.
-                self.passed_on += (of_i + of_j) * n;
+                self.gap_force_on_fixed += (of_i + of_j) * n;
             }
             let reach = bodies[i].reach();
             for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
@@ -426,7 +427,7 @@ impl RigidStep {
                 let share = Shares::of(spans * (distance - reach[a]) / cut.h).across
                     * motions[i].force_defect[a];
                 motions[i].force_defect[a] -= share;
-                self.passed_on[a] += share;
+                self.gap_force_on_fixed[a] += share;
             }
         }
     }
@@ -445,10 +446,10 @@ impl RigidStep {
         Ok(())
     }
 
-    /// Gives bodies that have none a past: what one does first in a fluid at rest, how the fluid's
-    /// wall shear begins to turn it, and the momentum inside as it is; ghosts of the velocity
-    /// filled. Collective.
-    pub fn give_past<const D: usize>(
+    /// Initialises the history of `new` bodies: the acceleration with which they begin in a fluid
+    /// at rest, the one with which the fluid's wall shear begins to turn them, and the momentum
+    /// inside as it is; ghosts of the velocity filled. Collective.
+    pub fn initialise_history<const D: usize>(
         &mut self,
         domain: &Domain<D>,
         s: &mut State<D>,
@@ -481,13 +482,13 @@ impl RigidStep {
             let Some(freedom) = body.freedom() else { continue };
             history.accelerations.acceleration = begins(k, body);
             history.accelerations.angular =
-                body.inertia().inverse_mass(&forces.shear.torque, &freedom);
+                body.inertia().spin_change(&forces.shear.torque, &freedom);
         }
         self.take_inside(domain, s, cut, new)
     }
 
-    /// Defers what the fluid lost by an impulse beyond what that gave to the free bodies, as steps
-    /// do. Collective.
+    /// Adds to the undelivered impulses what the fluid lost by an impulse beyond what that gave to
+    /// the free bodies, as steps do. Collective.
     pub fn defer<const D: usize>(
         &mut self,
         domain: &Domain<D>,

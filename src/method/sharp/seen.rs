@@ -1,28 +1,29 @@
-//! What a body sees of the cells about its surface by itself, whatever else is near: a body that
-//! stays where it is sees that once.
+//! Cells about a body's surface as it sees them by itself, whatever else is near: a body that stays
+//! where it is sees them once.
 
 use super::PROFILE_DEPTH;
 use super::gap::Surroundings;
 use super::normal::{Ahead, Foot};
 use super::stencil::Image;
-use crate::geometry::{Nearest, Orientation, Planes};
-use crate::particles::Body;
+use crate::geometry::{Nearest, Orientation, Planes, Pose};
+use crate::particles::{Body, nearest_image};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// How a body lay before it moved.
+/// The displacement of a body in a step, and its orientation before.
 #[derive(Clone, Copy, Debug)]
-pub struct Before {
-    /// From there to where it is now (m).
-    pub way: Vector3<f64>,
-    /// How it was turned.
+pub struct Moved {
+    /// From its centre before the step to the present one (m).
+    pub displacement: Vector3<f64>,
+    /// Its orientation before the step.
     pub orientation: Orientation,
 }
 
-impl Before {
-    /// It lay as it lies.
-    pub fn here(body: &Body) -> Before {
-        Before { way: Vector3::zeros(), orientation: body.orientation() }
+impl Moved {
+    /// The displacement of a body since it had this pose, to the nearest image.
+    pub fn since(before: &Pose, body: &Body, periods: &[Option<f64>; 3]) -> Moved {
+        let displacement = nearest_image(&before.place, &body.centre, periods);
+        Moved { displacement, orientation: before.orientation }
     }
 }
 
@@ -82,7 +83,7 @@ impl SeenCell {
         &mut self,
         around: &Surroundings<D>,
         k: usize,
-        reach: &Reach,
+        reach: &CellRanges,
         feet: &mut Vec<Foot>,
         near: &mut Vec<Nearest>,
     ) {
@@ -113,7 +114,7 @@ impl SeenCell {
     }
 }
 
-/// What has been found of cells before that says something of those after them.
+/// Findings about cells before that say something of those after them.
 #[derive(Default)]
 pub struct Known {
     planes: Planes,
@@ -128,32 +129,32 @@ impl Known {
     }
 }
 
-/// How far outside a body cells concern it (m).
-pub struct Reach {
+/// Distances outside a body up to which cells concern it (m).
+pub struct CellRanges {
     /// In gaps that the grid does not resolve.
     pub tight: f64,
     /// As far as a point of the body went.
-    pub way: f64,
+    pub travelled: f64,
     /// Beside the faces that it covers.
     pub beside: f64,
     /// With a profile as those inside have.
     pub outside: f64,
 }
 
-impl Reach {
-    /// What the body, which lay `before`, sees of the cell at `arm` (m); none where
-    /// that is nothing to it.
+impl CellRanges {
+    /// Sight of the cell at `arm` (m) by the body, which `moved`; none where the cell is nothing to
+    /// it.
     pub fn sight<const D: usize>(
         &self,
         around: &Surroundings<D>,
-        before: &Before,
+        moved: &Moved,
         arm: &Vector3<f64>,
         touched: bool,
         known: &mut Known,
     ) -> Option<Sight> {
         let body = around.turned();
         let point = Vector3::zeros();
-        let far = self.tight.max(self.way).max(self.beside);
+        let far = self.tight.max(self.travelled).max(self.beside);
         if !touched && around.round.is_none() && known.planes.clears(&body, arm, &point, far) {
             return None;
         }
@@ -171,8 +172,8 @@ impl Reach {
             None => around.nearest(arm),
         };
         let cleared = s > 0.0
-            && s <= self.way
-            && around.distance(&before.orientation, &(arm + before.way)) <= 0.0;
+            && s <= self.travelled
+            && around.distance(&moved.orientation, &(arm + moved.displacement)) <= 0.0;
         let concerns = touched || cleared || s <= self.tight || s < self.beside;
         (concerns && body.owns(arm)).then_some(Sight { s, normal, cleared })
     }
@@ -184,7 +185,7 @@ impl Reach {
     }
 }
 
-/// What a body that stays where it is has found of the grid.
+/// Findings about the grid of a body that stays where it is.
 #[derive(Clone, Debug)]
 pub struct Kept<const D: usize> {
     /// Where it stays (m), and how it is turned.
@@ -192,11 +193,11 @@ pub struct Kept<const D: usize> {
     orientation: Orientation,
     /// The faces that it covers, by axis, before it shares them with others.
     pub faces: [Vec<KeptFace>; D],
-    /// Of a body that is not round, whether its cells have been seen, these, and their feet.
+    /// Whether the cells of a body that is not round have been seen, these, and their feet.
     pub sees: bool,
     pub cells: Vec<SeenCell>,
     pub feet: Vec<Foot>,
-    /// What it has of itself along the normals at the points of its surface, if it is not round.
+    /// Distances to itself along the normals at the points of its surface, if it is not round.
     ahead: Vec<Ahead>,
 }
 
@@ -212,7 +213,7 @@ pub struct KeptFace {
 }
 
 impl<const D: usize> Kept<D> {
-    /// Nothing yet of a body that does not move; none of one that does.
+    /// Empty for a body that does not move; `None` for one that does.
     pub fn of(body: &Body) -> Option<Box<Kept<D>>> {
         let kept = || Kept {
             centre: body.centre,
@@ -226,7 +227,7 @@ impl<const D: usize> Kept<D> {
         (!body.moves()).then(|| Box::new(kept()))
     }
 
-    /// What it has of itself along the normal at a point, the next one or one of those before.
+    /// Distances to itself along the normal at a point, the next one or one of those before.
     pub fn ahead_of(&mut self, point: usize, ahead: impl FnOnce() -> Ahead) -> Ahead {
         if point == self.ahead.len() {
             self.ahead.push(ahead());

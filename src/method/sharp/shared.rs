@@ -20,12 +20,12 @@ use nalgebra::Vector3;
 
 /// The part of a body in a cell.
 #[derive(Clone, Copy, Debug)]
-pub struct Part {
+pub struct SharedPart {
     shared: SharedCell,
     body: u32,
 }
 
-impl Part {
+impl SharedPart {
     /// Which of the bodies, and which place in its list.
     fn at(&self) -> (usize, usize) {
         (self.body as usize, self.shared.place as usize)
@@ -36,11 +36,11 @@ impl Part {
 #[derive(Clone, Debug)]
 pub struct SharedCells {
     /// The bodies' parts in them, those of a cell together, in the order of the bodies.
-    parts: Vec<Part>,
+    parts: Vec<SharedPart>,
 }
 
 /// The parts of each cell, with the sum of their ownership weights.
-fn by_cell(parts: &[Part]) -> impl Iterator<Item = (&[Part], f64)> {
+fn by_cell(parts: &[SharedPart]) -> impl Iterator<Item = (&[SharedPart], f64)> {
     let cells = parts.chunk_by(|a, b| a.shared.cell == b.shared.cell);
     cells.map(|parts| (parts, parts.iter().map(|part| part.shared.owned).sum()))
 }
@@ -59,7 +59,7 @@ impl SharedCells {
     ) {
         self.parts.clear();
         for (body, cut) in bodies.iter().enumerate() {
-            let parts = list(cut).iter().map(|&shared| Part { shared, body: body as u32 });
+            let parts = list(cut).iter().map(|&shared| SharedPart { shared, body: body as u32 });
             self.parts.extend(parts);
         }
         self.parts.sort_unstable_by_key(|part| (part.shared.cell, part.at()));
@@ -103,7 +103,7 @@ impl SharedCells {
                 weights += weight;
             }
             if weights > 0.0 {
-                for (body, place) in setting().map(Part::at) {
+                for (body, place) in setting().map(SharedPart::at) {
                     bodies[body].ghosts.cells[place].target = sum / weights;
                 }
             }

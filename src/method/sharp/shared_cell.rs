@@ -9,14 +9,14 @@ pub struct SharedCell {
     pub place: u32,
     /// The body's ownership weight to it.
     pub owned: f64,
-    /// What it would weigh there were the body alone.
+    /// Weight that it would have there were the body alone.
     pub weight: f64,
     /// Whether the body has just left it.
     pub cleared: bool,
 }
 
 impl SharedCell {
-    /// The one that comes next to a list.
+    /// The shared cell that comes next to a list.
     pub fn next<T>(list: &[T], cell: u32, owned: f64, weight: f64, cleared: bool) -> SharedCell {
         SharedCell { cell, place: list.len() as u32, owned, weight, cleared }
     }

@@ -1,4 +1,4 @@
-//! What is read of the velocity beside a body's surface: the profile inside, and the slope at the
+//! Readings of the velocity beside a body's surface: the profile inside, and the slope at the
 //! surface.
 //!
 //! ```text
@@ -22,8 +22,8 @@
 //!                 (g > 3.75 h)
 //! ```
 //! with c = 1 where the Reynolds number of a spacing is below 1/2, and 0 from 3/2 on. A steady flow
-//! has all of it. Imposed on every stage it would not decay in long steps: it has waves that turn
-//! where Legendre stages bear none that do.
+//! has all of it. Imposed on every stage it would not decay in long steps: some of its waves
+//! oscillate, and Legendre stages bear none that do.
 //!
 //! The values of stencils of a velocity field are found many at a time, so that no step waits for
 //! the one before it at the same point:
@@ -76,12 +76,12 @@ impl Stencil {
     }
 }
 
-/// What is read through a point of a body or near it.
+/// A reading of the velocity through a point of a body or near it.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
     /// From the body's centre (m).
     pub arm: Vector3<f64>,
-    /// What.
+    /// The stencil that is read.
     pub stencil: Stencil,
     /// Number of the ghost cell or the point that it is for.
     pub place: u32,
@@ -102,7 +102,7 @@ pub struct Cubic {
     pub added: Vector3<f64>,
 }
 
-/// What lies across a gap.
+/// The body or boundary across a gap, as a stencil reads it.
 #[derive(Clone, Copy, Debug)]
 struct Across {
     /// Share of its velocity, relative to the body's at its own surface.
@@ -117,7 +117,7 @@ struct Across {
 pub struct Stencils<const D: usize> {
     image_points: Vec<ImagePoint>,
     across: Vec<Across>,
-    /// Of a body that is not round.
+    /// Lines of the stencils of a body that is not round.
     lines: Vec<Line>,
     /// Where the body's centre lies, from the middle of the cell below it (spacings). Images of it
     /// lie alike: a period is a whole number of cells.
@@ -125,7 +125,7 @@ pub struct Stencils<const D: usize> {
     lattice: Lattice<D>,
 }
 
-/// Where a body reads.
+/// The flow that a body reads.
 #[derive(Clone, Copy)]
 pub struct Flow<'a, V: Velocities, const D: usize> {
     /// The grid, and the velocity of its cells (m/s), ghosts filled.
@@ -330,7 +330,7 @@ impl<const D: usize> Stencils<D> {
         }
     }
 
-    /// The value of one.
+    /// Value of one reading.
     pub fn value(&self, reading: &Reading, flow: &Flow<impl Velocities, D>) -> Vector3<f64> {
         let one = std::slice::from_ref(reading);
         let mut value = Vector3::zeros();
@@ -338,7 +338,7 @@ impl<const D: usize> Stencils<D> {
         value
     }
 
-    /// That of one for which its image points have `seen` these velocities (m/s).
+    /// Value of a reading whose image points have `seen` these velocities (m/s).
     #[inline(always)]
     fn combine(
         &self,

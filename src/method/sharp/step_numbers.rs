@@ -1,4 +1,4 @@
-//! How far a step goes, and what the faces keep in it of their correction (formulas in the parent).
+//! Courant and diffusion number, and weights of the face velocities (formulas in the parent).
 
 use super::cut::CutBodies;
 use crate::Result;
@@ -11,36 +11,45 @@ use crate::numerics::{
 use crate::particles::all_fixed;
 use crate::state::State;
 
-/// How far a step goes at the largest face speed.
+/// The Courant and the diffusion number of a step, and the weights of its face velocities.
 #[derive(Clone, Copy, Debug)]
 pub struct StepNumbers {
-    /// Spacings that the flow crosses.
+    /// Courant number: spacings that the flow crosses at the largest face speed.
     pub courant: f64,
-    /// Squared spacings that viscosity crosses.
+    /// Diffusion number: squared spacings that viscosity crosses.
     pub diffusion: f64,
-    /// Part of the correction that faces keep which a body cuts.
-    pub keep: f64,
-    /// The same where they are all open.
-    pub keep_open: f64,
-    /// How much of the last pressure's acceleration they have at once in place of the mean of the
-    /// cells'.
-    pub own: f64,
+    /// Weights of the face velocities.
+    pub weights: FaceWeights,
     /// Whether a body on any rank has another one or a surface near.
     pub crowded: bool,
 }
 
-impl StepNumbers {
-    /// Before the first step.
-    pub const START: StepNumbers = StepNumbers {
-        courant: 0.0,
-        diffusion: 0.0,
-        keep: 1.0,
-        keep_open: 1.0,
-        own: 1.0,
-        crowded: false,
-    };
+/// Weights of the parts of a predicted face velocity.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceWeights {
+    /// Part of the correction that stays on the faces that a body cuts.
+    pub cut_correction: f64,
+    /// Part of the correction that stays on open faces.
+    pub open_correction: f64,
+    /// Part of the acceleration by the last pressure that a face takes by itself, in place of the
+    /// mean of the cells' accelerations.
+    pub face_gradient: f64,
+}
 
-    /// How far a step of `dt` (s) goes. Collective.
+impl FaceWeights {
+    /// Numbers before the first step.
+    pub const START: FaceWeights =
+        FaceWeights { cut_correction: 1.0, open_correction: 1.0, face_gradient: 1.0 };
+
+    /// Time (s), of a step `dt` (s), over which the cells still have the last pressure's
+    /// acceleration.
+    pub fn in_cells(&self, dt: f64) -> f64 {
+        (1.0 - self.face_gradient) * dt
+    }
+}
+
+impl StepNumbers {
+    /// Finds the numbers of a step of `dt` (s). Collective.
     pub fn find<const D: usize>(
         domain: &Domain<D>,
         s: &State<D>,
@@ -56,8 +65,8 @@ impl StepNumbers {
         let courant = dt * speed / h;
         let diffusion = nu * dt / (h * h);
         let rest = all_fixed(&s.bodies);
-        // Of cells that are longer one way it goes by the way that they are short: what faces
-        // remember is of that size.
+        // The decay by viscosity goes by the least spacing, where cells are longer one way: what
+        // faces remember is of that size.
         let least = domain.grid.h.iter().copied().fold(h, f64::min);
         let kept = |decay: f64| {
             1.0 - (courant / CORRECTION_COURANT + decay * diffusion * (h / least).powi(2)).min(1.0)
@@ -68,15 +77,11 @@ impl StepNumbers {
             (false, _) => [CORRECTION_DECAY_CUT_2D, CORRECTION_DECAY_OPEN],
         };
         let short = (PRESSURE_TIME / diffusion).min(CORRECTION_COURANT / courant);
-        let own = if rest { short.min(1.0) } else { 1.0 };
-        let keep = kept(of_cut);
-        let keep_open = kept(of_open);
-        let crowded = crowded > 0.0;
-        Ok(StepNumbers { courant, diffusion, keep, keep_open, own, crowded })
-    }
-
-    /// For how long (s) of a step `dt` (s) the cells still have the last pressure's acceleration.
-    pub fn in_cells(&self, dt: f64) -> f64 {
-        (1.0 - self.own) * dt
+        let weights = FaceWeights {
+            cut_correction: kept(of_cut),
+            open_correction: kept(of_open),
+            face_gradient: if rest { short.min(1.0) } else { 1.0 },
+        };
+        Ok(StepNumbers { courant, diffusion, weights, crowded: crowded > 0.0 })
     }
 }

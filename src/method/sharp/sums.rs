@@ -1,4 +1,4 @@
-//! What ranks sum of each body in a step.
+//! Sums over the ranks for each body in a step.
 
 use crate::particles::{Body, Impulse, Load, RigidVelocity};
 use crate::sums::{BodySums, Messages, Summed};
@@ -14,7 +14,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Those of so many bodies.
+    /// Sums for `n` bodies.
     pub fn with_capacity(n: usize) -> Sums {
         Sums {
             forces: BodySums::with_capacity(n),
@@ -71,7 +71,7 @@ impl Summed for CellMomentum {
     }
 }
 
-/// What a solve has made of a body.
+/// Velocity and load by pressure that a body has after a solve of the pressure.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Response {
     /// Its velocity.

@@ -1,11 +1,11 @@
 //! The log of a run, `log.txt`, and what it shows on the screen.
 
-use super::super::rows::Rows;
+use super::super::rows::LineFile;
 use std::io::Write;
 
 /// Lines for the screen and for `log.txt`.
 pub struct Log {
-    pub(super) file: Option<Rows>,
+    pub(super) file: Option<LineFile>,
     screen: bool,
 }
 
@@ -27,7 +27,7 @@ impl Log {
     /// Writes a line to `log.txt` alone: of what is said elsewhere.
     pub fn keep(&mut self, line: &str) {
         if let Some(file) = &mut self.file {
-            // What the disk does not take is said when the logs are flushed.
+            // A line that the disk does not take is reported when the logs are flushed.
             let _ = file.add(format_args!("{line}"));
         }
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Says that a folder holds a run; there from the first moment to the last.
 pub(super) const RUN: &str = "run.json";
-/// What this program writes into a run's folder, and so may delete with `--force`.
+/// Files that this program writes into a run's folder, and so may delete with `--force`.
 const OURS: [&str; 16] = [
     "case.toml",
     ROSTER,

@@ -1,4 +1,4 @@
-//! What each kind of measure takes of a step, and what its samples become: one line a kind.
+//! Kinds of measures, a line each: the number that one takes of a step, and what samples become.
 
 use super::Sample;
 use crate::config::{self, ForceRule, MeasureKind};
@@ -7,7 +7,7 @@ use crate::particles::Body;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
-/// What samples become.
+/// Value that samples become.
 #[derive(Clone, Copy)]
 pub(super) enum Becomes {
     /// Their mean over time.
@@ -25,7 +25,7 @@ pub(super) enum Becomes {
     TimeOfLargestFall,
     /// Half of their range.
     HalfRange,
-    /// The root mean square of what is not the mean.
+    /// The root mean square of the fluctuation about the mean.
     Rms,
     /// Oscillations over the reference speed and length.
     Frequency,
@@ -33,15 +33,15 @@ pub(super) enum Becomes {
     HalfTurn,
     /// The speed over the steadiest quarter of the way.
     Steadiest,
-    /// What changes from step to step.
+    /// The noise from step to step, over the mean.
     Noise,
     /// A number of a fit to the force on a particle that swings.
     Fitted(fn(&Morison) -> Option<f64>),
-    /// What the newest snapshot has.
+    /// The value that the newest snapshot gives.
     Snapshot,
 }
 
-/// What a kind takes of a step, and what its samples become.
+/// The number that a kind takes of a step, and the value that its samples become.
 pub(super) fn kind(kind: MeasureKind) -> (fn(&View) -> f64, Becomes) {
     use Becomes::*;
     use MeasureKind::*;
@@ -111,7 +111,7 @@ impl Becomes {
     }
 }
 
-/// What a measure sees of a step.
+/// A step as a measure sees it.
 pub(super) struct View<'a> {
     pub measure: &'a config::Measure,
     pub step: &'a Sample<'a>,
@@ -121,7 +121,7 @@ pub(super) struct View<'a> {
     pub force_scale: f64,
     /// Against gravity, of length 1; zero without gravity.
     pub up: Vector3<f64>,
-    /// What [`survey`](crate::output::survey::survey) gives, of a kind that is of the whole box.
+    /// Value by [`survey`](crate::output::survey::survey), of a kind that is of the whole box.
     pub of_box: f64,
 }
 
@@ -236,7 +236,7 @@ pub(super) fn period(samples: &[(f64, f64)]) -> Option<f64> {
     Some(2.0 * (end - began))
 }
 
-/// Where in a list of bodies, in the order of their numbers, that of a number is; `None` once it
+/// Index of the body of a number in a list of bodies, in the order of their numbers; `None` once it
 /// has left.
 pub(super) fn place(bodies: &[Body], id: usize) -> Option<usize> {
     match bodies.get(id) {

@@ -11,7 +11,7 @@ use crate::particles::Body;
 use crate::state::Exchange;
 pub use series::{Series, series};
 
-/// What is to be said of a value beside it.
+/// Remark beside a value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remark {
     /// Whether the value may not be what its name says.
@@ -20,11 +20,11 @@ pub struct Remark {
     pub words: String,
 }
 
-/// What a step gives to the measures.
+/// State after a step, and its forces, as the measures take them.
 pub struct Sample<'a> {
     /// Time at its end (s).
     pub time: f64,
-    /// What each particle exchanged with the fluid over it.
+    /// Exchange of each particle with the fluid over it.
     pub exchange: &'a [Exchange],
     /// The particles at its end.
     pub bodies: &'a [Body],

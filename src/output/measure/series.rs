@@ -28,7 +28,7 @@ pub struct Series {
     size: [f64; 3],
     pub(super) samples: Vec<(f64, f64)>,
     morison: Morison,
-    /// What the newest snapshot or the moment that was waited for gave.
+    /// Value that the newest snapshot gave, or the moment that was waited for.
     found: Option<f64>,
     /// Coordinate (m) and value at the step before, of a measure that waits for a moment.
     passing: Option<(f64, f64)>,
@@ -48,7 +48,7 @@ pub fn series(case: &Case) -> Vec<Series> {
     let axis = |a: usize| case.fluid.gravity.get(a).copied().unwrap_or(0.0);
     let up = -Vector3::from_fn(|a, _| axis(a)).try_normalize(0.0).unwrap_or_default();
     let of = |m: &config::Measure| {
-        // Of no use to what has none.
+        // Measures without a reference speed have no use for it.
         let speed = m.speed.unwrap_or(f64::NAN);
         let diameter = case.particle.get(m.particle.id()).map_or(1.0, |p| p.shape.diameter());
         let flat = case.dimension() == 2;
@@ -78,7 +78,7 @@ pub fn series(case: &Case) -> Vec<Series> {
 }
 
 impl Series {
-    /// What is measured.
+    /// The measure as the case has it.
     pub fn measure(&self) -> &config::Measure {
         &self.measure
     }
@@ -127,7 +127,7 @@ impl Series {
             of_box,
         };
         let asked = measure.kind;
-        // What has left has no more samples.
+        // Bodies that have left give no more samples.
         if (asked.needs_particle() && view.particle == usize::MAX)
             || (asked.is_of_group() && view.group().next().is_none())
         {
@@ -160,9 +160,9 @@ impl Series {
         }
     }
 
-    /// Takes the value as what it is waited for passes `at`, on the straight line between two
-    /// steps; a way of more than half of the `length` is no way, but one across a period or back to
-    /// an entrance.
+    /// Takes the value at the moment at which `now`, a coordinate or the time, passes `at`, on the
+    /// straight line between two steps; a change of more than half of the `length` is a jump across
+    /// a period or back to an entrance, and does not count.
     fn wait(&mut self, at: f64, now: f64, value: f64, length: f64) {
         let (Some((before, value_before)), None) = (self.passing.replace((now, value)), self.found)
         else {
@@ -290,7 +290,7 @@ impl Series {
         Comparison::of(&self.measure, self.value())
     }
 
-    /// What a reader has to know of the value.
+    /// Remark on how far the value is to be trusted, or on its time; `None` without one.
     pub fn remark(&self) -> Option<Remark> {
         if self.measure.kind == MeasureKind::TerminalSpeed {
             let part = fit::steadiest_quarter(&self.samples)?;

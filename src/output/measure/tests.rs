@@ -44,7 +44,7 @@ fn of_kinds(kinds: &[&str]) -> Vec<Series> {
     with_keys(kinds, "speed = 3.0")
 }
 
-/// The same with these keys.
+/// The measures of these kinds with these further keys, of the same disc and fluid.
 fn with_keys(kinds: &[&str], keys: &str) -> Vec<Series> {
     let measure = |kind: &&str| {
         format!("[[measure]]\nname = \"{kind}\"\nkind = \"{kind}\"\nfrom = 1.0\n{keys}\n")

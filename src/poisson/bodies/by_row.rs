@@ -13,16 +13,16 @@ pub struct RowCell {
     pub j: [f64; 3],
 }
 
-/// All of them.
+/// The cells of all bodies' surfaces.
 #[derive(Default)]
 pub struct ByRow {
-    /// Where each row's begin, and where the last one's end.
+    /// Where each row's cells begin, and where the last one's end.
     begin: Vec<u32>,
     cells: Vec<RowCell>,
 }
 
 impl ByRow {
-    /// Sorts those of `surface` into `rows` rows of `nx` cells.
+    /// Sorts the cells of `surface` into `rows` rows of `nx` cells.
     pub fn sort(&mut self, surface: &SurfaceCells, nx: usize, rows: usize) {
         let ByRow { begin, cells } = self;
         begin.clear();
@@ -44,7 +44,7 @@ impl ByRow {
         }
     }
 
-    /// Those of a row; none, where none were sorted.
+    /// Surface cells of a row; none, where none were sorted.
     #[inline(always)]
     pub fn row(&self, row: usize) -> &[RowCell] {
         match self.begin.get(row..row + 2) {

@@ -9,9 +9,9 @@ use std::f64::consts::PI;
 #[derive(Default)]
 pub(super) struct Groups {
     pub axes: usize,
-    /// How many bodies there are: the groups from this number on are of bodies that turn.
+    /// Number of bodies: the groups from this number on are of bodies that turn.
     pub bodies: usize,
-    /// By group.
+    /// Weights of the modes, by group.
     pub weights: Vec<[f64; 3]>,
     /// The body that each group is of.
     pub owner: Vec<u32>,
@@ -79,7 +79,7 @@ impl Groups {
         self.cells_across(volumes.iter().fold(0.0f64, |most, v| most.max(*v)))
     }
 
-    /// Cells across a disc or sphere that fills so many.
+    /// Cells across a disc or sphere that fills `volume` cells.
     pub fn cells_across(&self, volume: f64) -> f64 {
         if self.axes == 2 { (volume * 4.0 / PI).sqrt() } else { (volume * 6.0 / PI).cbrt() }
     }

@@ -12,7 +12,7 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    /// Nothing yet.
+    /// Shares nothing yet.
     pub fn new(session: &Session) -> Shared {
         let groups = Sharing::new(session.rank());
         Shared { session: session.clone(), groups, messages: Messages::default() }

@@ -20,11 +20,11 @@ use crate::Result;
 /// indefinite beyond.
 const HEAVIEST: f64 = 3.0;
 
-/// How much of `j^2` goes into the diagonal: cells that bodies close from all sides have next to
-/// none of their own.
+/// Share of `j^2` that is added to the diagonal: cells that bodies close from all sides have next
+/// to none of their own.
 const FLOOR: f64 = 0.1;
 
-/// The blocks' safety: bodies that share cells are taken one by one.
+/// Safety factor of the blocks, since bodies that share cells are taken one by one.
 const SHARED: f64 = 1.3;
 
 /// No cell.
@@ -43,13 +43,13 @@ pub struct Cell {
 
 /// A covered face of a level.
 #[derive(Clone, Copy, Debug)]
-pub struct Face {
+pub struct SurfaceFace {
     pub group: u32,
-    /// Which of the group's modes.
+    /// Number of the mode within its group.
     pub mode: u8,
     pub axis: u8,
     pub place: u32,
-    /// Covered parts of the finest level's faces in it, summed; and so that they conduct.
+    /// Covered parts of the finest level's faces in it, summed; and summed as conductances are.
     pub part: f64,
     pub conduct: f64,
 }
@@ -61,22 +61,22 @@ pub struct Smooth {
     pub block: [[Single; 3]; 3],
     /// The weights, so far as smoothing takes them.
     pub weight: [Single; 3],
-    /// What goes back to the cells.
+    /// Factors of the modes' j, by which the cells are corrected.
     pub back: [Single; 3],
 }
 
 /// The bodies on one level.
 #[derive(Default)]
 pub struct SurfaceCells {
-    /// Group by group.
-    pub faces: Vec<Face>,
+    /// Covered faces, group by group.
+    pub faces: Vec<SurfaceFace>,
     /// Where each group's cells begin, and where the last one's end.
     pub begin: Vec<usize>,
     pub cells: Vec<Cell>,
     /// At a cell's or a face's place, its number in the list while its group's are collected.
     pub found: Vec<u32>,
     pub smooth: Vec<Smooth>,
-    /// Nine numbers a group that the ranks sum.
+    /// `J^T D^-1 J` of each group, nine numbers that the ranks sum.
     pub grams: Vec<f64>,
 }
 
@@ -110,7 +110,7 @@ impl SurfaceCells {
                 let Some(at) = frame.on_lattice(e.face, axis) else { continue };
                 let mode = (e.mode as usize % axes) as u8;
                 let place = (0..axes).map(|a| at[a] * lattice.stride[a]).sum::<usize>() as u32;
-                self.faces.push(Face {
+                self.faces.push(SurfaceFace {
                     group: group as u32,
                     mode,
                     axis: e.axis,
@@ -128,7 +128,7 @@ impl SurfaceCells {
         !rest.is_empty()
     }
 
-    /// The cells of the group whose faces begin at `first`, the last one so far.
+    /// Collects the cells of the last group so far, whose faces begin at `first`.
     pub fn collect(&mut self, lattice: &Lattice, inverse_h: &[f64; 3], first: usize) {
         let start = self.cells.len();
         for face in &self.faces[first..] {
@@ -173,7 +173,7 @@ impl SurfaceCells {
 
     /// Takes the faces `own` of a group from the finer level, those on the same coarse face as one;
     /// the group's begin at `first`.
-    pub fn take_faces(&mut self, own: &[Face], fine: &Level, coarse: &Level, first: usize) {
+    pub fn take_faces(&mut self, own: &[SurfaceFace], fine: &Level, coarse: &Level, first: usize) {
         // Faces of one mode and axis stand together; a place tells them apart within these only.
         let mut run_now = None;
         let mut of_run = first;
@@ -190,7 +190,7 @@ impl SurfaceCells {
             match self.found[place] {
                 NONE => {
                     self.found[place] = self.faces.len() as u32;
-                    self.faces.push(Face { place: place as u32, conduct, ..*face });
+                    self.faces.push(SurfaceFace { place: place as u32, conduct, ..*face });
                 }
                 at => {
                     let whole = &mut self.faces[at as usize];

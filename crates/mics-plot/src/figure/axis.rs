@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// One axis of a plot: its range (of log10 where logarithmic) and its ticks.
 pub struct Axis {
-    /// What the ends of the axis stand for.
+    /// Values at the ends of the axis, log10 of them where it is logarithmic.
     pub range: Range<f64>,
     pub(super) label: String,
     /// Places and their texts; a minor tick has none.
@@ -73,26 +73,26 @@ impl Axis {
         self.names
     }
 
-    /// The same axis over places that are less by `by`, with its text as it is.
+    /// Shifts the axis to places that are less by `by`; its texts stay as they are.
     pub fn from(self, by: f64) -> Axis {
         let ticks = self.ticks.iter().map(|(value, text)| (value - by, text.clone())).collect();
         Axis { range: self.range.start - by..self.range.end - by, ticks, ..self }
     }
 
-    /// The same axis with its ticks but without text.
+    /// Takes all text from the axis and keeps its ticks.
     pub fn unnamed(self) -> Axis {
         let ticks = self.ticks.into_iter().map(|(value, _)| (value, String::new()));
         Axis::new(self.range, "", ticks.collect())
     }
 
-    /// The same axis without text, but with the grid lines of its ticks.
+    /// Takes all text from the axis and keeps the grid lines of its ticks.
     pub fn hushed(self) -> Axis {
         let hush = |text: String| if text.is_empty() { text } else { " ".to_owned() };
         let ticks = self.ticks.into_iter().map(|(value, text)| (value, hush(text)));
         Axis::new(self.range, "", ticks.collect())
     }
 
-    /// The same axis from its high end to its low end.
+    /// Reverses the axis: it runs from its high end to its low end.
     pub fn reversed(self) -> Axis {
         Axis { range: self.range.end..self.range.start, ..self }
     }

@@ -48,7 +48,7 @@ enum Shape {
     Text(String, Pixel, Box<TextStyle<'static>>),
 }
 
-/// What has been drawn so far, for any backend.
+/// Shapes that have been drawn so far, for any backend.
 #[derive(Default)]
 pub struct Sheet(Vec<Shape>);
 

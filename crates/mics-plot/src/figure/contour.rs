@@ -2,14 +2,13 @@
 //! of cell centres, has a level.
 //!
 //! ```text
-//!   o----+---o    o  a centre under the level
-//!              A square whose sides are crossed twice holds one part of a line,
-//!   |     \  |    x  a centre at or over it
-//!              one whose sides are crossed four times (a saddle) two, by the side
-//!   |      \ |    +  a crossing, linear between
-//!              of the level that the mean of its centres is on. A square with a
-//!   |       \|       the two centres              centre that has no value (in a body) holds none.
-//!   o--------+--x
+//!   o---+----x    o  a centre under the level
+//!   |    \   |    x  a centre at or over it
+//!   |     \  |    +  a crossing, linear between the two centres
+//!   o------+-x
+//!   A square whose sides are crossed twice holds one part of a line, one whose sides are
+//!   crossed four times (a saddle) two, by the side of the level that the mean of its centres is
+//!   on. A square with a centre that has no value (in a body) holds none.
 //! ```
 //!
 //! From the outermost centres to the edge of the plane the quantity is constant, as in
@@ -43,7 +42,7 @@ pub fn contours(plane: &Plane, values: &[f64], level: f64) -> Vec<Vec<Point>> {
     lines
 }
 
-/// What of a line lies outside all discs.
+/// The parts of a line that lie outside all discs.
 pub fn outside(line: Vec<Point>, discs: &[Disc]) -> Vec<Vec<Point>> {
     discs.iter().fold(vec![line], |parts, disc| {
         parts.iter().flat_map(|part| outside_of(part, disc)).collect()
@@ -134,7 +133,7 @@ fn follow(links: &mut BTreeMap<Side, Vec<Side>>, start: Side) -> Vec<Side> {
     line
 }
 
-/// What of a line lies outside a disc.
+/// The parts of a line that lie outside a disc.
 fn outside_of(line: &[Point], disc: &Disc) -> Vec<Vec<Point>> {
     let mut parts = vec![Vec::new()];
     for pair in line.windows(2).filter(|pair| pair[0] != pair[1]) {

@@ -56,7 +56,7 @@ pub fn curves(axes: &Axes, series: &[Series], stem: &Path) -> Result<[PathBuf; 2
     sheet.write(size, stem)
 }
 
-/// The same figure as SVG text.
+/// Draws the figure of [`curves`] as SVG text.
 pub fn curves_svg(axes: &Axes, series: &[Series]) -> Result<String> {
     let (sheet, size) = draw(&[(axes, series)], false);
     sheet.svg(size)
@@ -68,7 +68,7 @@ pub fn chart(chart: &Chart, stem: &Path) -> Result<[PathBuf; 2]> {
     sheet.write(size, stem)
 }
 
-/// The same figure as SVG text.
+/// Draws the figure of [`chart`] as SVG text.
 pub fn chart_svg(chart: &Chart) -> Result<String> {
     let (sheet, size) = draw_chart(chart);
     sheet.svg(size)

@@ -19,8 +19,8 @@ pub struct Disc {
     /// The part of it that is darker and shows how it is turned: where `m[0] x + m[1] y + m[2] >
     /// 0`, from its centre. No mark on one that does not turn.
     pub mark: Option<[f64; 3]>,
-    /// What may be written on it, the first that there is room for: its name, its number; nothing
-    /// on one that is alone.
+    /// Texts that may be written on it, of which the first that there is room for is: its name, its
+    /// number; nothing on one that is alone.
     pub label: Vec<String>,
 }
 

@@ -31,7 +31,7 @@ pub fn vorticity(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
     sheet.write(size, stem)
 }
 
-/// The same figure as SVG text.
+/// Draws the figure of [`vorticity`] as SVG text.
 pub fn vorticity_svg(plane: &Plane) -> Result<String> {
     let (sheet, size) = draw_vorticity(plane, Path::new("vorticity"))?;
     sheet.svg(size)
@@ -52,7 +52,7 @@ pub fn streamlines(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
     sheet.write(size, stem)
 }
 
-/// The same figure as SVG text.
+/// Draws the figure of [`streamlines`] as SVG text.
 pub fn streamlines_svg(plane: &Plane) -> Result<String> {
     let (sheet, size) = draw_streamlines(plane, Path::new("streamlines"))?;
     sheet.svg(size)
@@ -80,7 +80,7 @@ pub fn field(plane: &Plane, stem: &Path) -> Result<[PathBuf; 2]> {
     sheet.write(size, stem)
 }
 
-/// The same figure on its sheet, with room for a title that may be wider than the plane's.
+/// Draws the figure of [`field`] on its sheet, with room for a title wider than the plane's.
 pub fn draw_field(plane: &Plane, widest: &str, stem: &Path) -> Result<(Sheet, Pixel)> {
     paint::check(plane, stem)?;
     let field = Field::new(plane, Palette::of(plane), plane.quantity.label(), widest);
@@ -94,7 +94,7 @@ struct Field<'a> {
     plane: &'a Plane,
     plot: Frame,
     palette: Palette,
-    /// Of what is shown of the flow, and of the particles where their colours say something.
+    /// Colour bars: of the flow, and of the particles where their colours say something.
     bars: Vec<Frame>,
     size: Pixel,
 }

@@ -3,8 +3,8 @@
 //!
 //! A film has at most 256 colours, which are chosen before it begins: those of its colour bars,
 //! each of the particles' marked and not, and greys. That is a third of the bytes of all colours,
-//! and no difference to the eye. Of each frame only the rectangle is kept in which it differs from
-//! the one before.
+//! and no difference to the eye. Each frame keeps only the rectangle in which it differs from the
+//! one before.
 
 use std::error::Error as StdError;
 use std::io::{self, Write};
@@ -163,7 +163,7 @@ struct Inks {
 }
 
 impl Inks {
-    /// Those that frames like a plane are drawn in.
+    /// The colours that frames like a plane are drawn in.
     fn new(plane: &Plane) -> Inks {
         let colours: Vec<[u8; 3]> =
             paint::inks(plane).iter().map(|ink| [ink.0, ink.1, ink.2]).collect();

@@ -34,19 +34,19 @@ pub struct Plane {
     pub cells: [usize; 2],
     /// Extent along the two axes; places are from the lower left corner.
     pub size: [f64; 2],
-    /// What the axes say at the lower left corner.
+    /// Coordinates that the axes show at the lower left corner.
     pub corner: [f64; 2],
     /// Velocity along the two axes at cell centres.
     pub velocity: [Vec<f64>; 2],
-    /// What is shown in colours at cell centres; not a number where there is none.
+    /// Values at cell centres that colours show; not a number where there is none.
     pub values: Vec<f64>,
-    /// What the values are.
+    /// Quantity of the values.
     pub quantity: Quantity,
     /// Particles as the plane cuts them.
     pub discs: Vec<Disc>,
-    /// What the colours of the particles say; where it is absent they are grey and say nothing.
+    /// Meaning of the particles' colours; where it is absent they are grey and say nothing.
     pub scale: Option<Scale>,
-    /// How it is drawn.
+    /// Range of the colours and size of the figure.
     pub style: Style,
     /// Axis labels, such as `x (m)`.
     pub labels: [String; 2],
@@ -56,7 +56,7 @@ pub struct Plane {
     pub place: String,
 }
 
-/// What a plane shows in colours.
+/// Quantity that a plane shows in colours.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Quantity {
     /// Vorticity (1/s), in 3D its part across the plane, positive counterclockwise.
@@ -78,7 +78,7 @@ impl Quantity {
         }
     }
 
-    /// What stands beside its colour bar.
+    /// Label of its colour bar, with the unit.
     fn label(self) -> &'static str {
         match self {
             Quantity::Vorticity => "vorticity (1/s)",
@@ -89,8 +89,8 @@ impl Quantity {
 }
 
 impl Plane {
-    /// The same plane of fewer cells, about so many along each axis at most, each with the values
-    /// of one of its own.
+    /// The plane with fewer cells, about so many along each axis at most, each with the values of
+    /// one of its own.
     pub fn sampled(&self, most: usize) -> Plane {
         let [columns, rows] =
             self.cells.map(|count| (0..count).step_by(count.div_ceil(most).max(1)));
@@ -106,7 +106,7 @@ impl Plane {
     }
 }
 
-/// How a plane is drawn.
+/// Range of the colours and size of a plane's figure.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Style {
     /// The values of the first and the last colour; by default what there is, without its outermost
@@ -117,10 +117,10 @@ pub struct Style {
     pub size: Option<u32>,
 }
 
-/// What the colours of particles say.
+/// Meaning of the particles' colours.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scale {
-    /// What is written beside the colour bar.
+    /// Label of the colour bar.
     pub label: String,
     /// The values of the lightest and the darkest colour; there is no bar or legend where they are
     /// the same.
@@ -139,11 +139,11 @@ pub struct Series {
     /// Points in drawing order. One that cannot be placed (NaN, or not positive on a log axis) is a
     /// gap.
     pub points: Vec<(f64, f64)>,
-    /// How the points are drawn.
+    /// Style in which the points are drawn.
     pub style: SeriesStyle,
 }
 
-/// How a series is drawn. Colours and marker shapes follow from the order of the series.
+/// Style of a series. Colours and marker shapes follow from the order of the series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SeriesStyle {
     /// A solid line through the points.
@@ -157,8 +157,8 @@ pub enum SeriesStyle {
     /// A grey rectangle between the first and the last point, for a range that something is
     /// expected in.
     Band,
-    /// A pale area with the points as its outline, in the colour of the series before it, for the
-    /// spread of what that is the middle of. It has no entry in the legend.
+    /// A pale area with the points as its outline, in the colour of the series before it, whose
+    /// spread it shows. It has no entry in the legend.
     Spread,
     /// A grey line, for the outline of an obstacle. It has no entry in the legend.
     Wall,

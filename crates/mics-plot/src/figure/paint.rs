@@ -1,5 +1,4 @@
-//! What figures of the flow are painted with: colours of values, streamlines, particles, the colour
-//! bar.
+//! Parts of figures of the flow: colours of values, streamlines, particles, the colour bar.
 
 use std::f64::consts::SQRT_2;
 use std::io;
@@ -31,11 +30,11 @@ const WALL: RGBColor = RGBColor(0x63, 0x63, 0x63);
 /// Light yellow to dark green (ColorBrewer's YlGn without its palest end), for particles that say
 /// something beside the two above.
 const GREENS: [u32; 5] = [0xf7fcb9, 0xaddd8e, 0x78c679, 0x31a354, 0x006837];
-/// How dark the marked part of a particle is.
+/// Brightness of the marked part of a particle, relative to the rest of it.
 const MARKED: f64 = 0.62;
-/// Of so many cells, one has a vorticity or a pressure beyond the colours.
+/// Number of cells of which one has a vorticity or a pressure beyond the colours.
 const SATURATED: usize = 100;
-/// The same of the speed, whose jets are what is looked for.
+/// Number of cells of which one has a speed beyond the colours: more, so that jets show.
 const FASTEST: usize = 1000;
 
 /// Colours of a range of values.
@@ -46,17 +45,17 @@ pub struct Palette {
 }
 
 impl Palette {
-    /// Of values with a sign, white in the middle.
+    /// Colours of values with a sign, white in the middle.
     pub fn diverging([low, high]: [f64; 2]) -> Palette {
         Palette { colours: ramp(&DIVERGING), range: low..high }
     }
 
-    /// Of values without a sign.
+    /// Colours of values without a sign.
     pub fn sequential([low, high]: [f64; 2]) -> Palette {
         Palette { colours: ramp(&SEQUENTIAL), range: low..high }
     }
 
-    /// Of what a plane shows: in its style's range, or in what it has.
+    /// Colours of a plane's quantity, over its style's range or else over that of its values.
     pub fn of(plane: &Plane) -> Palette {
         Palette::showing(
             plane.quantity,
@@ -64,7 +63,7 @@ impl Palette {
         )
     }
 
-    /// Of a quantity in a range.
+    /// Colours of a quantity over a range.
     pub fn showing(quantity: Quantity, range: [f64; 2]) -> Palette {
         match quantity {
             Quantity::Vorticity => Palette::diverging(range),
@@ -72,7 +71,7 @@ impl Palette {
         }
     }
 
-    /// Of particles: of a scale, or greys.
+    /// Colours of particles: those of a scale, or greys.
     pub fn particles(scale: Option<&Scale>) -> Palette {
         let [low, high] = scale.map_or([0.0, 1.0], |scale| scale.range);
         Palette {

@@ -30,7 +30,7 @@ const MARGIN: i32 = 20 * SCALE;
 /// Width of a contour line, length of its dashes and of the gaps between them.
 const LINE: u32 = 2;
 const DASH: Pixel = (4 * SCALE, 3 * SCALE);
-/// Of so many cells, one has a vorticity beyond all contour lines.
+/// Number of cells of which one has a vorticity beyond all contour lines.
 const LINED: usize = 1000;
 /// Contour lines of either sign at most: more would be one black patch.
 const LEVELS: f64 = 60.0;
@@ -188,12 +188,12 @@ impl<'a> Strip<'a> {
         self.panels.iter().collect()
     }
 
-    /// How the panels are drawn: all as the first.
+    /// Style of all panels: that of the first.
     fn style(&self) -> Style {
         self.panels.first().map_or_else(Style::default, |plane| plane.style)
     }
 
-    /// What the panels show: all what the first does.
+    /// Quantity that all panels show: that of the first.
     fn quantity(&self) -> Quantity {
         self.panels.first().map_or_else(Quantity::default, |plane| plane.quantity)
     }
@@ -203,7 +203,7 @@ impl<'a> Strip<'a> {
         self.style().range.unwrap_or_else(|| shared_range(self.quantity(), &self.planes()))
     }
 
-    /// How far the panels reach.
+    /// Width and height of all panels together.
     fn all(&self) -> Pixel {
         let rows = self.panels.len().div_ceil(self.columns) as i32;
         let columns = self.columns as i32;

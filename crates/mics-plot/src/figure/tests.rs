@@ -179,7 +179,7 @@ fn curves_have_gaps_outside_their_axes() {
 
 #[test]
 fn legend_placed_off_the_curves() {
-    // How wide the figure is, and where its legend's text begins.
+    // Width of the figure, and where its legend's text begins.
     let legend = |points: Vec<(f64, f64)>| {
         let one = [Series { label: "legend".into(), points, style: SeriesStyle::Line }];
         let ([width, _], svg) = written(|stem| curves(&Axes::default(), &one, stem));

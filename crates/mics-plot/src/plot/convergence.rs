@@ -51,8 +51,8 @@ pub struct StepSolves {
 }
 
 impl StepSolves {
-    /// Those of the last step that has a history, or of the one next to a time (s); `None` where
-    /// the run has none.
+    /// Reads the solves of the last step that has a history, or of the one next to a time (s);
+    /// `None` where the run has none.
     ///
     /// # Errors
     /// When the file is not one of a run, or the time lies outside it.
@@ -113,7 +113,7 @@ impl StepSolves {
         Ok(best)
     }
 
-    /// What tells a solve apart from the others of the step.
+    /// Name of a solve, which tells it apart from the others of the step.
     pub fn name(&self, solve: &Solve) -> String {
         let [projection, outer, attempt] = solve.place;
         let mut name = format!("C-HSMAC iteration {outer}");
@@ -193,7 +193,7 @@ pub fn convergence(run: &Path, limit: f64, time: Option<f64>) -> Result<Option<C
     Ok(Some(Chart { panels, beside: true }))
 }
 
-/// The same of several runs, a line each of its name: their solves one after the other, over the
+/// The chart of several runs, a line each of its name: their solves one after the other, over the
 /// Krylov iterations of the step so far. `None` where no run has a history; `limit` is D0 (1/s).
 ///
 /// # Errors
@@ -247,7 +247,7 @@ fn is_new(all: &[Series], one: &Series) -> bool {
     all.iter().all(|other| other.points != one.points)
 }
 
-/// What the residuals are in a norm of PETSc's name.
+/// Axis label of residuals in a norm of PETSc's name.
 fn residual_label(norm: &str) -> &'static str {
     match norm {
         "preconditioned" => "preconditioned residual (Pa), 2-norm",

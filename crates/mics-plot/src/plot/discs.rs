@@ -2,10 +2,10 @@
 //! turned.
 //!
 //! ```text
-//!   a body is marked in the half behind a plane through its centre, which turns with it:   light |
-//!              n . r < 0
-//!   n = R n0, n0 down in the picture at the start; r from the centre of the body           dark  |
-//!              n . r > 0
+//!   a body is marked in the half behind a plane through its centre, which turns with it:
+//!     light |  n . r < 0
+//!     dark  |  n . r > 0
+//!   n = R n0, n0 down in the picture at the start; r from the centre of the body
 //! ```
 //! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any
 //! axis but n is seen.
@@ -24,29 +24,29 @@ use std::sync::Arc;
 /// most.
 const FEW: usize = 5;
 
-/// What the colours of particles say.
+/// Quantity that the colours of particles show.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Bodies {
     /// Their diameter.
     #[default]
     Size,
-    /// How fast their centres move.
+    /// Speed of their centres.
     Speed,
     /// Their density, or the name of their material where that differs.
     Material,
 }
 
-/// What the colours of particles say, and the values of the lightest and the darkest.
+/// Quantity that the colours of particles show, with the values of the lightest and the darkest.
 #[derive(Clone, Copy, Debug)]
 pub struct Colours {
-    /// What they say.
+    /// The quantity.
     pub by: Bodies,
     /// From and to: m, m/s or kg/m3, or numbers of materials.
     pub range: [f64; 2],
 }
 
 impl Colours {
-    /// Of a case whose particles are at most so fast (m/s).
+    /// Colours of the particles of a case, which are at most so fast (m/s).
     pub fn of(by: Bodies, case: &Case, fastest: f64) -> Colours {
         let range = match by {
             Bodies::Speed => [0.0, if fastest > 0.0 { fastest } else { 1.0 }],
@@ -59,7 +59,7 @@ impl Colours {
         Colours { by, range: if case.particle.is_empty() { [0.0; 2] } else { range } }
     }
 
-    /// What stands beside their colour bar.
+    /// Scale of their colour bar: its label, and names of values.
     pub fn scale(&self, case: &Case) -> Scale {
         let names = materials(case);
         let numbers = |values: Vec<f64>| {
@@ -160,9 +160,9 @@ fn part(value: f64, [least, most]: [f64; 2]) -> f64 {
     if differs([least, most]) { (value - least) / (most - least) } else { 0.5 }
 }
 
-/// What the plane across `axis` at `height` (m) cuts of the particles, with their images across
-/// periodic faces that reach into it: in grey and with names or numbers, or in colours and with the
-/// marks of their turning.
+/// The sections of the particles in the plane across `axis` at `height` (m), with their images
+/// across periodic sides that reach into it: in grey and with names or numbers, or in colours and
+/// with the marks of their turning.
 pub fn discs(
     case: &Case,
     axis: usize,
@@ -178,7 +178,7 @@ pub fn discs(
     let mut discs: Vec<Disc> = obstacles(case, axes, height, size, place).collect();
     let mut surfaces: HashMap<*const (), Surface> = HashMap::new();
     for (id, p) in case.particle.iter().enumerate() {
-        // What moves and has no place has left the box or not come in.
+        // A body that moves and has no place has left the box or has not come in.
         let rests = || p.motion == Motion::Fixed && p.enter.is_none();
         let Some(pose) = place(id).or_else(|| rests().then(|| Pose::at(start(p)))) else {
             continue;
@@ -229,7 +229,7 @@ pub fn discs(
     discs
 }
 
-/// What the plane cuts of the obstacles.
+/// The sections of the obstacles in the plane.
 fn obstacles(
     case: &Case,
     axes: [usize; 2],
@@ -245,8 +245,8 @@ fn obstacles(
     })
 }
 
-/// How far a place lies from the plane across an axis at a height (m), by the shortest way across a
-/// periodic axis; 0 in 2D.
+/// Distance (m) of a place from the plane across an axis at a height (m), by the shortest way
+/// across a periodic axis; 0 in 2D.
 fn off_plane(case: &Case, at: [f64; 3], axis: usize, height: f64) -> f64 {
     if case.dimension() == 2 {
         return 0.0;

@@ -132,7 +132,7 @@ pub fn nearest(all: &[(f64, PathBuf)], time: f64) -> usize {
     (0..all.len()).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(0)
 }
 
-/// Of the numbers below `of`, so many at even distances, the first and the last among them.
+/// Numbers below `of`, `count` at even distances, the first and the last among them.
 pub fn evenly(of: usize, count: usize) -> impl Iterator<Item = usize> {
     let gaps = count.saturating_sub(1).max(1);
     (0..count).map(move |k| (k * of.saturating_sub(1) + gaps / 2) / gaps)
@@ -156,12 +156,12 @@ pub fn sections(case: &Case, place: impl Fn(usize) -> Option<Pose>) -> Vec<Secti
     })
 }
 
-/// What a picture of a plane shows.
+/// Contents of a picture of a plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
-    /// What the colours of the flow are.
+    /// Quantity that the colours of the flow show.
     pub quantity: Quantity,
-    /// What the colours of the particles say; where it is absent they are grey, with their names or
+    /// Meaning of the particles' colours; where it is absent they are grey, with their names or
     /// numbers.
     pub colours: Option<Colours>,
     /// Digits of the time in the title.
@@ -262,7 +262,7 @@ fn hide(values: &mut [f64], solid: &[f64], [nx, ny]: [usize; 2]) {
     }
 }
 
-/// What of a plane is in the window `[x0, x1, y0, y1]` (m), in whole cells.
+/// The part of a plane in the window `[x0, x1, y0, y1]` (m), in whole cells.
 ///
 /// # Errors
 /// When the window holds no cell of the plane.

@@ -64,14 +64,14 @@ fn parts_of(case: &Case, rows: &Rows, id: usize) -> Result<Vec<Vec<Series>>> {
         Ok(Series { style, ..series })
     };
     let axes = NAMES.into_iter().take(case.dimension());
-    let parts = ["pressure", "viscous", "convective"].into_iter().zip(words(case));
+    let parts = force_parts(case);
     // All plots have the same lines, since they share the first one's legend.
     let contacts = axes.clone().map(|a| rows.column(id, &format!("contact_f{a}")));
     let touched = contacts.collect::<Result<Vec<_>>>()?.concat().iter().any(|force| *force != 0.0);
     let plot = |a: &str| {
         let mut all = vec![curve(&format!("fluid_f{a}"), "fluid, in all", SeriesStyle::Line)?];
-        for (part, words) in parts.clone() {
-            all.push(curve(&format!("{part}_f{a}"), words, SeriesStyle::Dashed)?);
+        for Part { column, words } in &parts {
+            all.push(curve(&format!("{column}_f{a}"), words, SeriesStyle::Dashed)?);
         }
         if touched {
             let contact = format!("contact_f{a}");
@@ -82,8 +82,8 @@ fn parts_of(case: &Case, rows: &Rows, id: usize) -> Result<Vec<Vec<Series>>> {
     axes.map(plot).collect()
 }
 
-/// What is drawn of a vector of some bodies of a run: its column without the axis, the course of
-/// their kinds where they are many, and from after which time on (s).
+/// Lines of a vector of some bodies of a run: its column without the axis, the course of their
+/// kinds where they are many, and the time (s) after which it is drawn.
 struct Drawn<'a> {
     ids: Vec<usize>,
     column: &'a str,
@@ -177,16 +177,33 @@ fn of_kinds(course: &Course, dimension: usize, start: f64) -> Vec<Vec<Series>> {
     (0..dimension).map(plot).collect()
 }
 
-/// What the pressure, viscous and convective columns of a force are.
-pub fn words(case: &Case) -> [&'static str; 3] {
+/// The parts of the fluid's force on a body.
+pub struct Part {
+    /// Prefix of its columns.
+    pub column: &'static str,
+    /// Its name in legends.
+    pub words: &'static str,
+}
+
+/// Pressure, viscous part and remainder of the fluid's force on a body.
+pub fn force_parts(case: &Case) -> [Part; 3] {
+    let part = |column, words| Part { column, words };
     match case.coupling.wall {
-        WallRule::Sharp => ["pressure on the surface", "shear on the surface", "the rest"],
-        WallRule::Mixing => ["pressure part of (19)", "viscous part", "convective part"],
+        WallRule::Sharp => [
+            part("pressure", "pressure on the surface"),
+            part("viscous", "shear on the surface"),
+            part("defect", "force defect"),
+        ],
+        WallRule::Mixture => [
+            part("pressure", "pressure part of (19)"),
+            part("viscous", "viscous part"),
+            part("convective", "convective part"),
+        ],
     }
 }
 
-/// Velocity over time of the free particles, a plot for each axis that matters: of few a line each,
-/// of many by kinds. Of the particles that are asked for, or else of all.
+/// Velocity over time of the free particles that are asked for, or else of all, a plot for each
+/// axis that matters: of few a line each, of many by kinds.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
@@ -231,20 +248,16 @@ pub fn parts(case: &Case, rows: &Rows, asked: &[usize]) -> Result<Option<(Axes, 
     }
     let Fall { heights, way, time, falls_along } = Fall::read(case, rows, id, up)?;
     let across = if up == 0 { "y" } else { "x" };
-    let [pressure, viscous, convective] = words(case);
-    let parts = [
-        ("convective", "F_c", convective),
-        ("pressure", "F_p", pressure),
-        ("viscous", "F_d", viscous),
-    ];
-    let parts = parts.map(|(part, symbol, words)| {
-        let force = rows.column(id, &format!("{part}_f{across}"))?;
+    let [pressure, viscous, remainder] = force_parts(case);
+    let parts = [(remainder, "F_c"), (pressure, "F_p"), (viscous, "F_d")];
+    let parts = parts.map(|(Part { column, words }, symbol)| {
+        let force = rows.column(id, &format!("{column}_f{across}"))?;
         let means = running_mean(&force[..way.len()], &time, &way);
         let points = heights.iter().zip(means).skip(1);
         let points = points.map(|(height, force)| (*height, force / weight)).collect();
         let label = match case.coupling.wall {
             WallRule::Sharp => format!("{words}, {across}"),
-            WallRule::Mixing => format!("{symbol}{across}, {words}"),
+            WallRule::Mixture => format!("{symbol}{across}, {words}"),
         };
         Ok(Series { label, points, style: SeriesStyle::Line })
     });
@@ -369,7 +382,7 @@ mod tests {
         assert_eq!((axes.x_label.as_str(), axes.falling_x), ("y/d, d = 0.2 m", true));
         assert_eq!(
             parts.iter().map(|s| s.label.as_str()).collect::<Vec<_>>(),
-            ["the rest, x", "pressure on the surface, x", "shear on the surface, x"]
+            ["force defect, x", "pressure on the surface, x", "shear on the surface, x"]
         );
         let weight = 3.0 * std::f64::consts::PI * 0.01 * 10.0;
         let first = parts[1].points[0];
@@ -402,7 +415,7 @@ mod tests {
             "from the wall that it is pulled to"
         );
         let (mut case, rows) = fall("[0.0, -10.0]");
-        case.coupling.wall = WallRule::Mixing;
+        case.coupling.wall = WallRule::Mixture;
         let (_, parts) = super::parts(&case, &rows, &[]).unwrap().unwrap();
         let labels: Vec<_> = parts.iter().map(|s| s.label.as_str()).collect();
         assert_eq!(

@@ -16,7 +16,7 @@ type Point = [f64; 2];
 
 /// Triangles along a body's length.
 const ALONG: f64 = 48.0;
-/// How far apart two ends that meet may be, of a body's size.
+/// Largest distance of two ends that meet, relative to the body's size.
 const MEETS: f64 = 1e-6;
 
 /// The surface of a solid in its own axes, as figures draw it.
@@ -28,7 +28,7 @@ pub enum Surface {
 }
 
 impl Surface {
-    /// That of a solid.
+    /// The surface of a solid.
     pub fn of(solid: &Solid) -> Surface {
         let geometry = solid.geometry();
         let balls = geometry
@@ -95,7 +95,7 @@ fn union(circles: &[(Point, f64)]) -> Vec<[Point; 2]> {
             let middle = on(0.5 * (from + to));
             let covered = others().any(|(j, (at, r))| {
                 let gap = (middle[0] - at[0]).hypot(middle[1] - at[1]) - r;
-                // Of two that are the same the first counts.
+                // The first counts of two that are the same.
                 gap < -1e-9 * r || (gap <= 1e-9 * r && j < k)
             });
             if covered {

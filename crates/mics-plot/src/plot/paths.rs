@@ -1,6 +1,6 @@
-//! Paths of particles (Fig. 9): to scale in their box, of one run or of several in one picture,
-//! over diameters where those that are drawn have one, beside the band that a measure of where they
-//! get to has as its reference.
+//! Paths of particles (Fig. 9): to scale in their box, of one run or of several in one picture, in
+//! diameters where all particles drawn of a run have the same one, beside the reference band of a
+//! measure of their place.
 
 use super::kinds::{LINES, representatives};
 use super::rows::{self, Rows};
@@ -89,7 +89,7 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     Ok(Some((Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() }, series)))
 }
 
-/// What the axes of these names say, and over which diameters they are.
+/// Labels of the axes of these names, with the diameters that they are over.
 fn labels(tracks: &[Track], names: [&str; 2], scaled: bool) -> [String; 2] {
     let [x_label, y_label] =
         names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });

@@ -1,4 +1,4 @@
-//! What probes recorded (`probes.csv`): velocity and pressure at points over time, and their means
+//! Records of probes (`probes.csv`): velocity and pressure at points over time, and their means
 //! along lines.
 
 use super::components::SHOWN;

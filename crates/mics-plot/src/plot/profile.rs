@@ -15,7 +15,7 @@ struct Columns {
 }
 
 impl Columns {
-    /// Those of a run that has any; an inner `None` where the file is not one that mics wrote.
+    /// Reads the columns of a run that has any; an inner `None` where mics did not write the file.
     fn read(run: &Path) -> Option<Option<Columns>> {
         let mut reader = table(&run.join(folder::PROFILE))?;
         let Ok(head) = reader.headers() else { return Some(None) };

@@ -77,7 +77,7 @@ impl<'a> Reel<'a> {
         sections.into_iter().map(reel).collect()
     }
 
-    /// How many frames it has.
+    /// Number of its frames.
     pub fn len(&self) -> usize {
         self.frames.len()
     }
@@ -126,7 +126,7 @@ impl<'a> Reel<'a> {
         figure::field_strip(&planes, &format!("{}{place}", self.run.case.name), stem)
     }
 
-    /// What a file of it is called: by what it shows, and by `kind`.
+    /// Name of a file of it: by the quantity that it shows, and by `kind`.
     pub fn name(&self, kind: &str) -> String {
         format!("{}_{kind}", self.look.quantity.name())
     }

@@ -1,12 +1,12 @@
-//! What `mics plot` is asked for, and what contradicts itself in it.
+//! Options of `mics plot`, and the checks that they do not contradict each other.
 
 use super::View;
 use mics_run::{Error, Result};
 use std::path::PathBuf;
 
-/// What `mics plot` is asked for. Without figures: the last state, forces, speeds and paths of each
-/// run, Cd(Re) and St(Re) of all; or vorticity and streamlines alone, where times or a plane, a
-/// window or a size say something of the flow.
+/// Options of `mics plot`. Without figures: the last state, forces, speeds and paths of each run,
+/// Cd(Re) and St(Re) of all; or vorticity and streamlines alone, where times or a plane, a window
+/// or a size say something of the flow.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Request {
     /// Run folders.
@@ -121,7 +121,7 @@ impl Figure {
         )
     }
 
-    /// What a run needs for it.
+    /// Contents of a run that it needs, for messages.
     pub(super) fn needs(self) -> &'static str {
         match self {
             Figure::Vorticity
@@ -162,8 +162,8 @@ impl Request {
         if view.field.is_some() || view.bodies.is_some() {
             return vec![Figure::Field];
         }
-        // What is said of the flow, is of its usual figures; a range would have to be that of
-        // vorticity or of speed.
+        // Options of the flow are of its usual figures; a range would have to be that of vorticity
+        // or of speed.
         let of_the_flow = !self.times.is_empty()
             || view.plane.is_some()
             || !view.window.is_empty()

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The body-fitted reference of section 3. What its box is: other boxes have other values.
+/// The body-fitted reference of section 3, for its box only: other boxes have other values.
 const REFERENCE_LABEL: &str = "body-fitted, box of cases/cylinder-wake";
 /// Length and width of its box, and the distance of the cylinder from the inflow, in diameters.
 const REFERENCE_BOX: [f64; 3] = [20.0, 8.0, 4.0];

@@ -1,5 +1,5 @@
-//! What figures and reports take from `particles.csv` and `obstacles.csv`, which may be far larger
-//! than memory. Obstacles have the numbers after those of the particles.
+//! Rows of `particles.csv` and `obstacles.csv`, which may be far larger than memory, for figures
+//! and reports. Obstacles have the numbers after those of the particles.
 
 use super::discs::start;
 use super::kinds::{Course, LINES, representatives};
@@ -7,7 +7,7 @@ use crate::figure::{Series, SeriesStyle};
 use mics_run::Result;
 use mics_run::bodies::Pose;
 use mics_run::config::{Case, FixedRows, Motion};
-use mics_run::folder::OBSTACLES;
+use mics_run::folder::{OBSTACLES, old_name};
 use mics_run::not_a_run;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::collections::HashMap;
@@ -55,7 +55,7 @@ pub fn loaded(case: &Case, asked: &[usize]) -> Vec<usize> {
     if asked.is_empty() { movers(case).chain(held).chain(walls).collect() } else { asked.to_vec() }
 }
 
-/// Those of [`moving`] that are free.
+/// The free ones among the bodies of [`moving`].
 pub fn free(case: &Case, asked: &[usize]) -> Vec<usize> {
     let mut ids = moving(case, asked);
     ids.retain(|id| case.particle[*id].is_free());
@@ -78,7 +78,7 @@ pub struct Rows {
     /// Forces of the fluid (N) by kinds of bodies, where there are more bodies than a figure has
     /// lines.
     pub forces: Option<Course>,
-    /// The same of velocities (m/s).
+    /// Velocities (m/s) by kinds of bodies, where there are so many.
     pub velocities: Option<Course>,
 }
 
@@ -170,7 +170,7 @@ impl Rows {
     fn end(&mut self, times: &[f64], newest: &HashMap<usize, Placed>) {
         let end = newest.values().map(|last| last.time).fold(0.0, f64::max);
         for (places, time) in self.places.iter_mut().zip(times) {
-            // What has no row at the end has left the box.
+            // A body without a row at the end has left the box.
             let there = |last: f64| last <= *time * (1.0 + 1e-12) && (last == end || *time <= last);
             let ended = newest.iter().filter(|(_, last)| there(last.time));
             places.extend(ended.map(|(particle, last)| (*particle, last.pose)));
@@ -202,7 +202,8 @@ impl Rows {
     pub fn column(&self, id: usize, name: &str) -> Result<Vec<f64>> {
         let at = |name: &str| {
             let lacks = || not_a_run(&self.run, &format!("particles.csv lacks {name}"));
-            self.columns.get(name).copied().ok_or_else(lacks)
+            let old = || self.columns.get(&old_name(name)?);
+            self.columns.get(name).or_else(old).copied().ok_or_else(lacks)
         };
         let k = at("id")?;
         let column = at(name)?;
@@ -232,7 +233,7 @@ enum Turn {
 }
 
 impl Turn {
-    /// Those of a case, where they are there.
+    /// The columns of a case, where they are there.
     fn of(case: &Case, columns: &HashMap<String, usize>) -> Option<Turn> {
         if case.dimension() == 2 {
             return columns.get("angle").copied().map(Turn::Angle);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   across z: x to the right, y up      across y: x to the right, z up
-//!              across x: y to the right, z up
+//!   across x: y to the right, z up
 //! ```
 
 use mics_run::config::{Case, Motion, Section};
@@ -17,8 +17,8 @@ pub fn axes(axis: usize) -> [usize; 2] {
     }
 }
 
-/// What the vorticity along `axis` is times this, seen in the plane across it: positive
-/// counterclockwise.
+/// Sign of the vorticity along `axis` seen in the plane across it, where counterclockwise is
+/// positive.
 pub fn sense(axis: usize) -> f64 {
     if axis == 1 { -1.0 } else { 1.0 }
 }

@@ -1,4 +1,4 @@
-//! What pictures of the flow show, and how: the options that `mics plot` and `mics film` share.
+//! Options of pictures of the flow that `mics plot` and `mics film` share: what is shown, and how.
 
 use super::discs::Bodies;
 use super::{Run, fields};
@@ -10,13 +10,13 @@ use std::ops::RangeInclusive;
 /// Pixels of the longer side of the flow that can be asked for.
 const PIXELS: RangeInclusive<u32> = 60..=4000;
 
-/// What pictures of the flow show, and how.
+/// Options of pictures of the flow: what they show, and how.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct View {
-    /// What the colours of the flow are [default: vorticity].
+    /// Quantity that the colours of the flow show [default: vorticity].
     #[arg(long, value_name = "FIELD")]
     pub field: Option<Quantity>,
-    /// What the colours of the bodies are [default: size].
+    /// Quantity that the colours of the bodies show [default: size].
     #[arg(long, value_name = "WHAT")]
     pub bodies: Option<Bodies>,
     /// Show this part of the flow only: from and to along the axis to the right, then along the one
@@ -79,7 +79,7 @@ impl View {
         Err(Error::Usage(format!("--plane {plane}: {why}")))
     }
 
-    /// How a plane is drawn.
+    /// Style in which a plane is drawn.
     pub(super) fn style(&self) -> Style {
         let range = if let [low, high] = self.range[..] { Some([low, high]) } else { None };
         Style { range, size: self.size }

@@ -12,11 +12,11 @@ use nalgebra::Vector3;
 
 type Point = [f64; 2];
 
-/// How far apart two ends that meet may be, of the picture's size.
+/// Largest distance of two ends that meet, relative to the picture's size.
 const MEETS: f64 = 1e-7;
 
-/// The rings that bound what is solid of a wall in the plane across an axis at a height (m), which
-/// is so large: in the plane's coordinates, outer ones counterclockwise.
+/// The rings that bound the solid part of a wall in the plane across an axis at a height (m), in a
+/// picture of this size (m): in the plane's coordinates, outer ones counterclockwise.
 pub fn rings(
     case: &Case,
     wall: &Wall,
@@ -69,7 +69,7 @@ fn apart(a: Point, b: Point) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// What lies of a segment in the picture.
+/// The part of a segment that lies in the picture.
 fn clipped([a, b]: [Point; 2], size: Point) -> Option<[Point; 2]> {
     let mut from = 0.0_f64;
     let mut to = 1.0_f64;
@@ -117,7 +117,7 @@ fn chains(mut segments: Vec<[Point; 2]>, near: f64) -> Vec<Vec<Point>> {
 /// Closes chains that begin and end on the sides of the picture, along these.
 fn closed(mut open: Vec<Vec<Point>>, size: Point, near: f64) -> Vec<Vec<Point>> {
     let around = 2.0 * (size[0] + size[1]);
-    // How far counterclockwise along the sides from the low corner.
+    // Distance counterclockwise along the sides from the low corner.
     let along = |[x, y]: Point| {
         let [right, above] = [size[0] - x, size[1] - y];
         let ways =

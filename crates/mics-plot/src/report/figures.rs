@@ -13,7 +13,7 @@ pub struct Figure {
     pub svg: String,
     /// In a few words.
     pub title: &'static str,
-    /// What it shows.
+    /// Text below it, which says what it shows.
     pub caption: String,
     /// The part of the report that it is in.
     pub part: Part,

@@ -20,11 +20,11 @@ use mics_run::{Error, Result};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// What a run's folder holds.
+/// Contents of a run's folder.
 struct Run {
     case: Case,
     provenance: Provenance,
-    /// Of a run that has ended.
+    /// Summary; only of a run that has ended.
     summary: Option<Summary>,
     /// Rows of `particles.csv`.
     particles: Rows,

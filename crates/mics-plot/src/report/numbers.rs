@@ -11,7 +11,7 @@ pub struct Number {
     pub name: &'static str,
     /// Its value.
     pub value: f64,
-    /// What it is, with the numbers that it is made of.
+    /// Its definition, with the numbers that it is made of.
     pub definition: String,
 }
 
@@ -78,7 +78,7 @@ fn of_fastest(run: &Run) -> Vec<Number> {
         let p = case.particle.get(*id).filter(|p| nu > 0.0 && p.is_free())?;
         Some((*id, *speed, p.shape.diameter()))
     });
-    // Of equal ones always the same: a table in memory has no order.
+    // Among equal ones it is always the same one: a table in memory has no order.
     let fastest = free.max_by(|a, b| (a.1 * a.2).total_cmp(&(b.1 * b.2)).then(b.0.cmp(&a.0)));
     let Some((id, speed, d)) = fastest else { return Vec::new() };
     let reynolds = speed * d / nu;

@@ -82,8 +82,8 @@ fn sections(run: &Run, figures: &[Figure]) -> Vec<(&'static str, &'static str, M
     all.into_iter().filter_map(|(id, title, body)| Some((id, title, body?))).collect()
 }
 
-/// What a reader has to know before the results: the warnings of the run, and what it had to say of
-/// its energy at the end.
+/// Notes that a reader needs before the results: the warnings of the run, and those on its energy
+/// at the end.
 fn notes(run: &Run) -> Vec<&str> {
     let warnings = run.log.lines().filter(|line| line.starts_with("warning"));
     let mut all: Vec<&str> = Vec::new();
@@ -206,7 +206,7 @@ fn measures(run: &Run) -> Markup {
     }
 }
 
-/// What a measure is, in the case's own word, of which body, along what and from when.
+/// Describes a measure: its kind in the case's own word, of which body, along what and from when.
 fn what(case: &mics_run::config::Case, m: &mics_run::config::Measure) -> String {
     let word = serde_json::to_value(m.kind)
         .ok()

@@ -13,7 +13,7 @@ pub type Point<'a> = &'a dyn Fn(&[&Row]) -> Option<(f64, f64)>;
 pub struct Groups {
     /// Rows of each point of each curve, under its label.
     pub curves: Vec<(String, Vec<Vec<usize>>)>,
-    /// What changes from point to point of a curve.
+    /// Names of the columns that change from point to point of a curve.
     pub along: Vec<String>,
 }
 

@@ -8,26 +8,26 @@ use groups::Groups;
 use mics_run::Result;
 use std::path::{Path, PathBuf};
 
-/// The greatest of what is varied over the least from which on its axis is logarithmic.
+/// Ratio of the greatest to the least varied value from which on their axis is logarithmic.
 const WIDE: f64 = 20.0;
 
-/// What a study varies, measures and compares with.
+/// Plan of a study: what it varies, measures and compares with.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan<'a> {
     /// The names of the columns that tell runs apart.
     pub names: &'a [String],
     /// The names of the measures.
     pub measures: &'a [String],
-    /// What measures are compared with.
+    /// References that measures are compared with.
     pub references: &'a [Target],
-    /// What others paid for their errors.
+    /// CPU times and errors of others.
     pub others: &'a [Others],
     /// The costs that have a figure: their names, and what their axes say.
     pub costs: &'a [(String, &'a str)],
 }
 
 impl Plan<'_> {
-    /// What a column of labels says of a row; the number of ranks where there is no such column.
+    /// Text of a row in a column of labels; the number of ranks where there is no such column.
     fn label(&self, name: &str, row: &Row) -> String {
         match self.names.iter().position(|other| other == name) {
             Some(at) => row.labels[at].clone(),
@@ -45,11 +45,11 @@ impl Plan<'_> {
 pub struct Others {
     /// The measure's name.
     pub measure: String,
-    /// Of whom each is, its CPU time (s) and its error (% where errors are parts of a reference).
+    /// Source, CPU time (s) and error of each (% where errors are parts of a reference).
     pub points: Vec<(String, (f64, f64))>,
 }
 
-/// What a measure is compared with.
+/// References of a measure.
 #[derive(Clone, Debug)]
 pub struct Target {
     /// The measure's name.
@@ -61,7 +61,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// That of some of the runs.
+    /// References of some of the runs.
     fn of(&self, runs: &[usize]) -> Target {
         let values = runs.iter().map(|run| self.values.get(*run).copied().flatten()).collect();
         Target { values, ..self.clone() }
@@ -100,7 +100,7 @@ pub struct Measured {
 /// A run, of several repeats their medians.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// What its columns say.
+    /// Texts of its columns.
     pub labels: Vec<String>,
     /// Number of ranks.
     pub ranks: usize,
@@ -116,7 +116,7 @@ pub struct Row {
     pub costs: Vec<Option<f64>>,
 }
 
-/// How the runs are laid out in figures.
+/// Layout of the runs in figures.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout<'a> {
     /// The columns that tell one curve from another.
@@ -360,7 +360,7 @@ fn mean_point(places: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
     (!x.is_empty()).then(|| (mean(&x), mean(&y)))
 }
 
-/// What errors of several runs come to.
+/// Function that sums up the errors of several runs.
 type Summary<'a> = &'a dyn Fn(&[f64]) -> f64;
 
 fn mean(values: &[f64]) -> f64 {

@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// Bytes of a row of `particles.csv`, and more.
+/// Upper bound of the bytes of a row of `particles.csv`.
 const ROW: u64 = 2048;
 
 /// Reads the dimension and the bodies of the case that a run wrote, from its text.
@@ -144,7 +144,7 @@ fn last_rows(
     file.read_exact(&mut head).map_err(|e| broken(&e))?;
     let head = String::from_utf8_lossy(&head);
     let names: Vec<&str> = head.lines().next().unwrap_or_default().split(',').collect();
-    // What stands before the last step's rows is cut off with the line that it begins in.
+    // The last step's rows are in the tail; its first line (cut, or the header) is skipped.
     let tail = length.min(ROW * (count as u64 + 2));
     let mut text = String::new();
     file.seek(SeekFrom::Start(length - tail)).map_err(|e| broken(&e))?;

@@ -1,10 +1,10 @@
-//! What happens at the faces of the box.
+//! Boundary conditions at the sides of the box.
 
 use super::Domain;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One condition per face: west/east close x, south/north close y, bottom/top close z (3D only).
+/// One condition per side: west/east close x, south/north close y, bottom/top close z (3D only).
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -24,12 +24,12 @@ pub struct Boundary {
 }
 
 impl Boundary {
-    /// The condition at the face of this number, of [`super::FACES`]; bottom and top have none in
+    /// The condition at the side of this number, of [`super::SIDES`]; bottom and top have none in
     /// 2D.
-    pub fn side(&self, face: usize) -> Option<&Side> {
+    pub fn side(&self, side: usize) -> Option<&Side> {
         let all = [&self.west, &self.east, &self.south, &self.north];
         let along_z = [&self.bottom, &self.top];
-        all.get(face).copied().or_else(|| along_z.get(face.checked_sub(4)?)?.as_ref())
+        all.get(side).copied().or_else(|| along_z.get(side.checked_sub(4)?)?.as_ref())
     }
 
     /// The conditions at the low and at the high end of an axis.
@@ -38,11 +38,11 @@ impl Boundary {
     }
 }
 
-/// What happens at one face of the box.
+/// Boundary condition at one side of the box.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Side {
-    /// Joined to the opposite face.
+    /// Joined to the opposite side.
     Periodic,
     /// Zero-gradient velocity at zero pressure.
     Outflow,
@@ -52,13 +52,13 @@ pub enum Side {
     Slip,
     /// No slip, moving in its own plane with this velocity (m/s).
     MovingWall(Vec<f64>),
-    /// This velocity (m/s), uniform over the face. With `[contact]` free particles rest on it as on
+    /// This velocity (m/s), uniform over the side. With `[contact]` free particles rest on it as on
     /// a grate, without lubrication.
     Inflow(Vec<f64>),
-    /// A parabola, zero at the face's edges, with this velocity (m/s) at its middle; in 2D the
-    /// edges are those of what obstacles leave open.
+    /// A parabola, zero at the side's edges, with this velocity (m/s) at its middle; in 2D the
+    /// edges are those of the part that obstacles leave open.
     InflowParabola(Vec<f64>),
-    /// Velocity along the face's first tangential axis, linear between the points given.
+    /// Velocity along the side's first tangential axis, linear between the points given.
     InflowProfile(Profile),
 }
 
@@ -78,8 +78,8 @@ impl Side {
         if let Side::MovingWall(velocity) = self { velocity } else { &[] }
     }
 
-    /// A component of an inflow's velocity (m/s) at a place on its face: coordinates along it (m),
-    /// of as many as reach from 0 to `sizes` (m); 0 of other sides.
+    /// A component of an inflow's velocity (m/s) at a `place` on its side, whose coordinates (m)
+    /// run from 0 to `sizes` (m); 0 of other sides.
     pub fn inflow_at(&self, place: &[f64], sizes: &[f64], component: usize) -> f64 {
         match self {
             Side::Inflow(velocity) => velocity[component],
@@ -92,10 +92,10 @@ impl Side {
         }
     }
 
-    /// What an inflow lets in through the face of this number by its velocity at the middle of the
-    /// cells (m2/s in 2D, m3/s in 3D); 0 of other sides.
-    pub fn flux(&self, face: usize, domain: &Domain) -> f64 {
-        let axis = face / 2;
+    /// Flow rate of an inflow into the box through the side of this number, from its velocity at
+    /// the middle of the cells (m2/s in 2D, m3/s in 3D); 0 of other sides.
+    pub fn flux(&self, side: usize, domain: &Domain) -> f64 {
+        let axis = side / 2;
         let along: Vec<usize> = (0..domain.size.len()).filter(|&a| a != axis).collect();
         let sizes: Vec<f64> = along.iter().map(|&a| domain.size[a]).collect();
         let spacings: Vec<f64> =
@@ -113,7 +113,7 @@ impl Side {
         }
         let cells = along.iter().map(|&a| domain.cells[a]).product::<usize>();
         let sum: f64 = (0..cells).map(|n| self.inflow_at(&at(n), &sizes, axis)).sum();
-        let inwards = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let inwards = if side.is_multiple_of(2) { 1.0 } else { -1.0 };
         inwards * sum * spacings.iter().product::<f64>()
     }
 }
@@ -122,14 +122,14 @@ impl Side {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
-    /// Coordinates along the face's first tangential axis (m), increasing.
+    /// Coordinates along the side's first tangential axis (m), increasing.
     pub at: Vec<f64>,
     /// One velocity (m/s) for each coordinate.
     pub velocity: Vec<Vec<f64>>,
 }
 
 impl Profile {
-    /// The velocity (m/s) at coordinate `s` (m) along the face's first tangential axis.
+    /// The velocity (m/s) at coordinate `s` (m) along the side's first tangential axis.
     pub fn velocity_at(&self, s: f64) -> Vec<f64> {
         let next = self.at.partition_point(|at| *at <= s).clamp(1, self.at.len() - 1);
         let s0 = self.at[next - 1];

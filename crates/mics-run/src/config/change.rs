@@ -1,14 +1,14 @@
-//! What a case may change when a run goes on.
+//! Keys of a case that may change when a run goes on.
 
 use super::read::{Loaded, written};
 use crate::{Error, Result};
 use toml::{Table, Value};
 
-/// What a run may go on with changed, further measures aside: when it ends, what it writes, and how
-/// the pressure equation is solved.
+/// Keys that may change when a run goes on, beside further measures: its end, its output, and the
+/// solution of the pressure equation.
 const FREE: [&str; 4] = ["time.end", "output", "pressure", "petsc"];
 
-/// What may change in a measure: what it is compared with.
+/// Keys of a measure that may change: its reference, the tolerance and the source.
 const COMPARED: [&str; 3] = ["reference", "tolerance", "source"];
 
 /// Refuses to go on with a run whose case, as it was written out then, differs in more than a
@@ -54,8 +54,8 @@ fn take_measures(case: &mut Table) -> Vec<Table> {
     tables.collect()
 }
 
-/// The first key of a measure that differs from that of the same name before: those of other names
-/// have been added, or are not wanted any more.
+/// The first key of a measure that differs from the measure of the same name before; measures of
+/// other names have been added or removed.
 fn changed_measure(before: &[Table], now: &[Table]) -> Option<(String, Option<String>)> {
     now.iter().enumerate().find_map(|(k, measure)| {
         let old = before.iter().find(|old| old.get("name") == measure.get("name"))?;
@@ -81,8 +81,8 @@ fn difference(before: &Value, now: &Value, key: String) -> Option<(String, Optio
             };
             let more =
                 || b.keys().find(|name| !a.contains_key(*name)).map(|name| (below(name), None));
-            // What contacts are by default follows from the particles: they are what has changed
-            // then.
+            // The defaults of contacts follow from the particles: a changed particle is named
+            // first.
             let derived = |(name, _): &(&String, &Value)| key.is_empty() && *name == "contact";
             let first = a.iter().filter(|entry| !derived(entry)).find_map(differs);
             first.or_else(|| a.iter().filter(derived).find_map(differs)).or_else(more)

@@ -1,5 +1,5 @@
-//! How bodies meet each other and the walls: `[contact]`, and the law that each two materials have
-//! by it.
+//! Contacts of bodies with each other and with walls: `[contact]`, and the contact law of each pair
+//! of materials by it.
 
 use super::{Case, Obstacle, Particle};
 use crate::config::fault::{Check, Fault, Within, not_negative, positive};
@@ -17,7 +17,7 @@ const LEAST_RESTITUTION: f64 = 1e-3;
 /// The restitution where neither it nor a damping is given.
 const RESTITUTION: f64 = 0.5;
 
-/// Height of the asperities where none is given, of the smallest radius.
+/// Default height of asperities, as a part of the smallest radius.
 const ROUGHNESS: f64 = 2e-4;
 
 /// Bodies that touch: springs with friction and loss, of all materials unless a `pair` says
@@ -57,7 +57,7 @@ pub struct Contact {
     /// The sign of the tangential dashpot.
     #[serde(default)]
     pub tangential_damping: TangentialDamping,
-    /// What differs between two materials.
+    /// Pairs of materials whose contact law differs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pair: Vec<Pair>,
 }
@@ -104,7 +104,7 @@ pub enum Substeps {
     #[serde(serialize_with = "write_auto", deserialize_with = "read_auto")]
     #[schemars(with = "Auto")]
     Auto,
-    /// So many, 1 or more.
+    /// This number of steps, 1 or more.
     Count(u64),
 }
 
@@ -125,7 +125,7 @@ fn read_auto<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Error>
 /// A law of contact between two materials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
-    /// Normal force over depth^exponent (N/m^exponent), or that the impacts to be expected say it.
+    /// Normal force over overlap^exponent (N/m^exponent), or automatic: by the expected impacts.
     pub normal_stiffness: Stiffness,
     /// Power of the overlap in the normal force.
     pub exponent: f64,
@@ -133,13 +133,13 @@ pub struct PairLaw {
     pub tangential_ratio: f64,
     /// Coefficient of friction.
     pub friction: f64,
-    /// Resistance to rolling: the lever of the normal force, of the reduced radius.
+    /// Resistance to rolling: lever of the normal force over the reduced radius.
     pub rolling_friction: f64,
-    /// What takes the energy.
+    /// Loss of energy.
     pub loss: Loss,
 }
 
-/// What takes energy from a contact.
+/// Loss of energy in a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
     /// Speed after over speed before a normal impact.
@@ -148,7 +148,7 @@ pub enum Loss {
     Damping(Damping),
 }
 
-/// What is given of a loss, if anything.
+/// The loss of energy by the keys that are given, if any.
 fn loss(restitution: Option<f64>, damping: Option<Damping>) -> Option<Loss> {
     restitution.map(Loss::Restitution).or(damping.map(Loss::Damping))
 }
@@ -164,7 +164,7 @@ pub enum TangentialDamping {
     Printed,
 }
 
-/// What differs where two materials meet; the other keys are those of `[contact]`.
+/// Contact law of two materials; the other keys are those of `[contact]`.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -215,7 +215,7 @@ impl Contact {
         self.roughness.unwrap_or(0.0)
     }
 
-    /// The law of all materials that no pair is of.
+    /// Contact law of all materials that are in no pair.
     pub fn law(&self) -> PairLaw {
         PairLaw {
             normal_stiffness: self.normal_stiffness,
@@ -227,7 +227,7 @@ impl Contact {
         }
     }
 
-    /// How the materials `a` and `b` meet ([`Particle::material`], [`WALL`]), in either order.
+    /// Contact law of materials `a` and `b` ([`Particle::material`], [`WALL`]), in either order.
     pub fn between(&self, a: &str, b: &str) -> PairLaw {
         let law = self.law();
         self.pair.iter().find(|pair| pair.is_of(a, b)).map_or(law, |pair| pair.law(law))
@@ -300,7 +300,7 @@ impl Contact {
 }
 
 impl Pair {
-    /// Its law, where that of all other materials is `law`.
+    /// Its contact law; keys that are not given are those of `law`.
     pub fn law(&self, law: PairLaw) -> PairLaw {
         PairLaw {
             normal_stiffness: self.normal_stiffness.map_or(law.normal_stiffness, Stiffness::Given),

@@ -1,18 +1,18 @@
-//! How fluid and particles meet.
+//! Coupling of fluid and particles.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How fluid and particles meet.
+/// Coupling of fluid and particles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Coupling {
-    /// How the surface of a particle acts on the fluid.
+    /// Method by which the surface of a particle acts on the fluid.
     #[serde(default)]
     pub wall: WallRule,
 }
 
-/// How the surface of a particle acts on the fluid.
+/// Method by which the surface of a particle acts on the fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WallRule {
@@ -22,7 +22,8 @@ pub enum WallRule {
     Sharp,
     /// The paper's method as printed: fluid and particles are one mixture. `docs/mixture.md` has
     /// its faults.
-    Mixing,
+    #[serde(rename = "mixing")]
+    Mixture,
 }
 
 impl WallRule {
@@ -30,12 +31,12 @@ impl WallRule {
     pub fn force(self) -> ForceRule {
         match self {
             WallRule::Sharp => ForceRule::Momentum,
-            WallRule::Mixing => ForceRule::Literal,
+            WallRule::Mixture => ForceRule::Literal,
         }
     }
 }
 
-/// Which force a measure is of.
+/// Definition of the force that a measure uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ForceRule {

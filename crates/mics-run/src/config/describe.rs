@@ -1,4 +1,4 @@
-//! What a case is, in words: the lines of `mics check`, and the list of a report.
+//! Description of a case in words: the lines of `mics check`, and the list of a report.
 
 use super::fault::AXES;
 use super::{
@@ -8,12 +8,12 @@ use super::{
 use crate::words::{number, rounded};
 use std::fmt;
 
-/// What is said of one thing of a case.
+/// A line of the description of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// The thing, as `fluid`, or the name of a body.
+    /// The thing described: `fluid`, say, or the name of a body.
     pub label: String,
-    /// What is said of it.
+    /// Its description.
     pub words: String,
 }
 
@@ -67,7 +67,7 @@ impl Case {
         all.into_iter().chain(drive).chain(begins).collect()
     }
 
-    /// The bodies, of few each, of many the ranges, and their materials.
+    /// The particles (up to five one by one, more by their ranges), obstacles and materials.
     pub fn describe_bodies(&self) -> Vec<Line> {
         let particles: Vec<Line> = match self.particle.len() {
             0..=5 => (0..self.particle.len()).map(|id| self.describe_particle(id)).collect(),
@@ -79,7 +79,7 @@ impl Case {
         particles.into_iter().chain(obstacles).chain(materials).collect()
     }
 
-    /// Until when and by which steps it runs.
+    /// End time, time steps, time scheme and advection scheme.
     pub fn describe_time(&self) -> Line {
         let steps = match self.time.length() {
             Step::Fixed(step) => format!("steps of {step} s"),
@@ -100,7 +100,7 @@ impl Case {
         line("time", format!("to t = {end} s, {steps}, {scheme}; advection: {advection}"))
     }
 
-    /// What solves for the pressure, and how far.
+    /// The solver of the pressure equation, and its limit of the divergence (1/s).
     pub fn describe_pressure(&self, solver: &str) -> Line {
         let limit = self.pressure.divergence_limit;
         line("pressure", format!("{solver}, until |D| < {limit:e} 1/s"))
@@ -132,7 +132,7 @@ impl Case {
         line(self.called(id), words)
     }
 
-    /// Many particles: their ranges, their shapes, and when the first of those that come in does.
+    /// Many particles: their ranges, their shapes, and the time (s) at which the first one enters.
     fn describe_many(&self) -> Vec<Line> {
         let count = self.particle.len();
         let h = self.widest_spacing();
@@ -201,7 +201,7 @@ impl Case {
     }
 }
 
-/// The name of so many of a shape.
+/// Name of a shape, plural for `count` of them.
 fn plural(name: &str, count: usize) -> String {
     match (name, count) {
         (_, 1) => name.to_owned(),
@@ -211,7 +211,7 @@ fn plural(name: &str, count: usize) -> String {
 }
 
 impl Motion {
-    /// What moves a body, in words.
+    /// Motion of a body in words.
     fn describe(&self) -> String {
         let Motion::Prescribed(told) = self else { return self.name().to_owned() };
         let swing = told.oscillation.as_ref().map_or(String::new(), |o| {
@@ -223,7 +223,7 @@ impl Motion {
 }
 
 impl Contact {
-    /// The laws of contact in words: that of all materials, then what is different between two.
+    /// The laws of contact in words: those of pairs, then that of all other materials.
     pub fn describe(&self) -> Vec<String> {
         let words = |law: PairLaw| {
             let loss = match law.loss {
@@ -253,7 +253,7 @@ impl Contact {
 }
 
 impl Drive {
-    /// What drives the fluid, in words.
+    /// Drive of the fluid in words.
     pub fn describe(&self) -> String {
         match self {
             Drive::Force(force) => format!("a force of {force:?} N/m3 on the fluid"),
@@ -284,7 +284,7 @@ impl Side {
 }
 
 impl Cadence {
-    /// How often, in words.
+    /// Interval in words.
     pub fn describe(&self) -> String {
         match self {
             Cadence::Steps(1) => "every step".to_owned(),
@@ -295,7 +295,7 @@ impl Cadence {
 }
 
 impl Checkpoints {
-    /// How often, in words.
+    /// Interval in words.
     pub fn describe(&self) -> String {
         match self {
             Checkpoints::Steps(n) => format!("every {n} steps"),

@@ -1,5 +1,5 @@
-//! Which way a measure of a force looks: along the stream, across it, or where the case says. A
-//! torque is about z, or about what the case says.
+//! Direction of a measure of a force: along the stream, across it, or as the case gives it. A
+//! torque is about z, or about the axis that the case gives.
 //!
 //! ```text
 //!        lift          stream = fluid's velocity - the particle's, where they are told;
@@ -14,7 +14,7 @@ use super::{Case, Drive, Measure, MeasureKind, Motion};
 use crate::config::fault::Fault;
 use nalgebra::Vector3;
 
-/// The direction, of length 1, of a measure; `None` of what is of no force.
+/// Unit direction of a measure; `None` without a force, or for a fit of Morison's formula.
 pub(super) fn of(case: &Case, measure: &Measure) -> Result<Option<Vector3<f64>>, Fault> {
     if !measure.kind.is_of_force() || measure.kind.fits_morison() {
         return Ok(None);
@@ -27,7 +27,7 @@ pub(super) fn of(case: &Case, measure: &Measure) -> Result<Option<Vector3<f64>>,
                 vector(given).amax()
             };
         let length = given.norm();
-        // What a run has written reads back as it is.
+        // A direction that a run has written reads back unchanged.
         return Ok(Some(if (length - 1.0).abs() < 1e-12 { given } else { given / length }));
     }
     if measure.kind == MeasureKind::Torque {
@@ -43,8 +43,8 @@ pub(super) fn of(case: &Case, measure: &Measure) -> Result<Option<Vector3<f64>>,
     Ok(Some(if measure.kind.is_across() { across(&stream, case.dimension()) } else { stream }))
 }
 
-/// The velocity of the fluid past the particle that a measure is of, the first one of a group, as
-/// far as the case tells it; zero where it does not.
+/// A vector along the stream past the particle that a measure is of, the first one of a group: by
+/// velocities, an oscillation, gravity or the drive; zero where the case tells none of them.
 fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
     let fluid = case.reference_velocity().map_or(Vector3::zeros(), |v| vector(&v));
     let id = measure
@@ -93,8 +93,8 @@ fn gravity_along(case: &Case, periodic: bool) -> Vector3<f64> {
     })
 }
 
-/// The axis of a measure of the whole box: as given; of a bed gravity's, among the axes that have
-/// sides; of the rest that of the drive or the stream.
+/// Axis of a measure of the whole box: the given one; for a bed that of gravity, first among the
+/// axes that have sides; for others that of the drive or the stream.
 pub(super) fn axis(case: &Case, measure: &Measure) -> Result<usize, Fault> {
     if let Some(axis) = measure.axis {
         return Ok(axis.index());

@@ -46,11 +46,11 @@ const TABLES: [&str; 12] = [
     "output",
 ];
 
-/// What the six choices of the paper's method are told.
+/// Message about the six former keys of the mixture method.
 const AS_PRINTED: &str = "coupling.wall = \"mixing\" is the paper's method as printed, and has no \
     choices: leave this key out";
 
-/// Keys of earlier versions, each with what takes its place; a list is passed over on the way.
+/// Keys of earlier versions, each with its replacement; in lists every entry is searched for them.
 const GONE: [(&str, &str); 9] = [
     ("coupling.fraction", AS_PRINTED),
     ("coupling.force", AS_PRINTED),
@@ -152,7 +152,7 @@ impl<'a> Document<'a> {
         self.to(&TABLES)
     }
 
-    /// What it describes, not yet checked; `tables` are the keys that are tables.
+    /// The value that it describes, not yet checked; `tables` are the keys that are tables.
     pub(super) fn to<T: DeserializeOwned>(&self, tables: &[&str]) -> Result<T, Fault> {
         // Serde would take a list for a table, its values in the order of the keys.
         let is_list = |key: &&&str| {
@@ -174,7 +174,7 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// What is said of names that have changed since the file was written, a line each.
+    /// Notes on names that have changed since the file was written, a line each.
     pub(super) fn renamed(&self) -> Vec<String> {
         let Some(DeValue::Array(measures)) =
             self.root.get_ref().get("measure").map(Spanned::get_ref)
@@ -226,8 +226,8 @@ impl<'a> Document<'a> {
     }
 }
 
-/// Puts what `patch` has at `keys[depth..]` into `node`, which is at `keys[..depth]`. Beyond `end`
-/// are overrides.
+/// Puts the value that `patch` has at `keys[depth..]` into `node`, which is at `keys[..depth]`.
+/// Spans beyond `end` are those of overrides.
 fn merge<'a>(
     node: &mut Spanned<DeValue<'a>>,
     patch: Spanned<DeValue<'a>>,
@@ -282,7 +282,7 @@ fn merge<'a>(
     merge(next, below, keys, depth + 1, end)
 }
 
-/// Where a node has a value at these keys, in one of the entries where it is a list.
+/// Dotted path of a node's value at these keys; of a list, in its first entry that has one.
 fn given(node: &DeValue, keys: &[&str]) -> Option<String> {
     let below = |own: &str, value: &Spanned<DeValue>, rest: &[&str]| {
         if rest.is_empty() {
@@ -328,7 +328,7 @@ fn find<'n, 'a>(
     below.or((node.span() == *span).then_some(node.get_ref()))
 }
 
-/// What is wrong with a value that was to be a number, and the number that was meant.
+/// Fault of a value that was to be a number, and the number that was meant, if that is clear.
 fn wrong_number(value: &str) -> Option<(&'static str, String)> {
     let number = |text: &str| text.parse::<f64>().is_ok();
     let point = value.replacen(',', ".", 1);
@@ -348,8 +348,8 @@ fn wrong_number(value: &str) -> Option<(&'static str, String)> {
     })
 }
 
-/// What the parser says of a line (from 1), with the key and the cure where these are plain from
-/// it.
+/// Message of the parser on a line (from 1), with the key and the cure where these are plain from
+/// the line.
 fn explain(text: &str, line: usize, said: &str) -> String {
     let whole = text.lines().nth(line - 1).unwrap_or_default().trim();
     let (key, value) =

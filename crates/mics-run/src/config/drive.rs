@@ -1,11 +1,11 @@
-//! What moves the fluid besides its boundaries.
+//! Drive of the fluid besides its boundaries.
 
 use super::Case;
 use crate::config::fault::{AXES, Check, finite, vector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What moves the fluid besides its boundaries.
+/// Drive of the fluid besides its boundaries: a force, gravity or a mean velocity that is held.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Drive {

@@ -6,14 +6,14 @@ use std::fmt::Display;
 pub struct Fault {
     /// Its dotted path.
     pub key: String,
-    /// What is wrong and what would be right.
+    /// The fault, and what would be right.
     pub message: String,
 }
 
 /// The outcome of a check.
 pub type Check = Result<(), Fault>;
 
-/// Refusals of a table's own keys, which the path of the table comes ahead of; the key "" is the
+/// Refusals whose keys are of one table, and get the path of that table ahead; the key "" is the
 /// table itself.
 pub(super) trait Within {
     /// The refusal, its key within this table.
@@ -48,7 +48,7 @@ macro_rules! ensure {
 /// largest double.
 const LARGEST: f64 = 1e30;
 
-/// A quantity that is no slip of an exponent.
+/// Checks that a quantity is at most [`LARGEST`]: more is a slip of the exponent.
 fn sensible(key: &str, value: f64, unit: &str) -> Check {
     ensure!(
         value.abs() <= LARGEST,

@@ -26,7 +26,7 @@ pub(in crate::config) fn fill(case: &mut Case) -> Check {
     case.output.fill(count, resting);
     let some = case.has_bodies();
     let moves = resting < count || case.obstacle.iter().any(|o| o.motion != Motion::Fixed);
-    case.time.fill(case.coupling.wall == WallRule::Mixing && some, some, moves)
+    case.time.fill(case.coupling.wall == WallRule::Mixture && some, some, moves)
 }
 
 fn fill_measures(case: &mut Case) -> Check {

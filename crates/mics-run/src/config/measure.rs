@@ -1,4 +1,4 @@
-//! A number that a run reports: of what it is taken, from when on, and what it ought to be.
+//! A number that a run reports: its subject, its span of time, and its expected value.
 
 use super::{Axis, Case, ForceRule, MeasureKind, Region};
 use crate::words::rounded;
@@ -14,7 +14,7 @@ use std::fmt;
 pub struct Measure {
     /// Its name in `summary.json`.
     pub name: String,
-    /// What is measured.
+    /// Quantity that is measured.
     pub kind: MeasureKind,
     /// Its particle: number in the case, from 0, or name; default the first.
     #[serde(default)]
@@ -49,7 +49,7 @@ pub struct Measure {
     /// Reference length (m) of a coefficient or a Strouhal number, default the diameter of the disc
     /// or sphere of the particle's volume.
     pub length: Option<f64>,
-    /// Which force, default the coupling's.
+    /// Definition of the force; default the coupling's.
     pub force: Option<ForceRule>,
     /// Expected value: a number, or a band `[low, high]`. Dropped where `--set` changes the box's
     /// size, the fluid, the boundaries, the start or the particles. `mics plot` draws the band of a
@@ -102,7 +102,7 @@ impl Measure {
         self.axis.map_or(0, Axis::index)
     }
 
-    /// Its direction, of length 1; `None` of what is of no force, or of a swing.
+    /// Its direction, a unit vector; `None` without a force, or for a fit of Morison's formula.
     pub fn direction(&self) -> Option<Vector3<f64>> {
         let component = |v: &[f64], axis: usize| v.get(axis).copied().unwrap_or(0.0);
         match &self.direction {
@@ -111,7 +111,7 @@ impl Measure {
         }
     }
 
-    /// Which force, of a kind that is of one.
+    /// Definition of the force, for a kind that is of a force.
     pub fn force(&self) -> ForceRule {
         self.force.unwrap_or(ForceRule::Momentum)
     }
@@ -128,14 +128,14 @@ impl Measure {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a particle is its index in the case, from 0, or its name in quotes")]
 pub enum Which {
-    /// That of this index.
+    /// The particle of this index.
     Id(usize),
     /// All of this name.
     Named(String),
 }
 
 impl Which {
-    /// Its index; of a name that has not been looked up, no particle's.
+    /// Its index; `usize::MAX`, which no particle has, for a name that has not been looked up.
     pub fn id(&self) -> usize {
         if let Which::Id(id) = self { *id } else { usize::MAX }
     }
@@ -163,7 +163,7 @@ pub enum When {
     Time(f64),
 }
 
-/// What a measure ought to be.
+/// Expected value of a measure, or a band of values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a reference is one number or a band [low, high]")]
 pub enum Reference {

@@ -1,13 +1,13 @@
-//! What can be measured, with units, and what each kind needs.
+//! Kinds of measures, with their units and what each needs.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use MeasureKind::*;
 
-/// What a measure is. Coefficients are forces over `0.5 rho_f speed^2 d` (2D, per unit depth) or
-/// `0.5 rho_f speed^2 pi d^2/4` (3D), with d the key `length` or else the diameter, of what is not
-/// round that of the disc or sphere of its volume; means are over time.
+/// Kind of a measure. Coefficients are forces over `0.5 rho_f speed^2 d` (2D, per unit depth) or
+/// `0.5 rho_f speed^2 pi d^2/4` (3D), with d the key `length` or else the diameter, for shapes that
+/// are not round that of the disc or sphere of equal volume; means are over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MeasureKind {
@@ -54,8 +54,8 @@ pub enum MeasureKind {
     MidlineVLeast,
     /// Largest velocity along y on the line y = size/2 at the end (m/s); 2D only.
     MidlineVLargest,
-    /// Where the flow along the south side last turns from backward to forward at the end: the x at
-    /// which the shear there is zero (m); 2D only.
+    /// Reattachment point (m): x at which the shear on the south side is zero at the end, where the
+    /// flow there last turns from backward to forward; 2D only.
     Reattachment,
     /// Largest speed of the particle's centre from `from` on (m/s), steady or not.
     #[serde(alias = "terminal_velocity")]
@@ -79,7 +79,7 @@ pub enum MeasureKind {
     Spin,
     /// Largest magnitude of the particle's angular velocity about z, from `from` on (rad/s).
     LargestSpin,
-    /// Least magnitude of it, from `from` on (rad/s).
+    /// Least magnitude of the particle's angular velocity about z, from `from` on (rad/s).
     LeastSpin,
     /// Time in which the particle turns once about z (s): twice that of its latest half turn.
     TurnPeriod,
@@ -124,7 +124,7 @@ pub enum MeasureKind {
     /// Largest rate of loss of the fluid's kinetic energy over a step, per mass of the fluid that
     /// fills the box (m2/s3).
     Dissipation,
-    /// When that is (s).
+    /// Time of that largest rate of loss, `dissipation` (s).
     DissipationTime,
     /// Mean over time of the kinetic energy of the free bodies (J; per metre of depth in 2D).
     BodyEnergy,

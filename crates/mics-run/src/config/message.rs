@@ -1,10 +1,10 @@
-//! What the deserialiser finds wrong, in the user's words.
+//! Messages of the deserialiser in the user's words.
 
 use super::fault::Fault;
 use std::collections::BTreeSet;
 use toml::de::DeValue;
 
-/// What the deserialiser says, in the user's words: the key and what would be right; `choices` has
+/// Message of the deserialiser in the user's words: the key and what would be right; `choices` has
 /// the names of which the table at a place has exactly one.
 pub(super) fn reword(
     raw: &str,

@@ -93,7 +93,7 @@ pub struct Case {
     pub domain: Domain,
     /// The carrier fluid.
     pub fluid: Fluid,
-    /// One condition per face of the box.
+    /// One condition per side of the box.
     pub boundary: Boundary,
     /// Bodies, one by one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -107,12 +107,12 @@ pub struct Case {
     /// The fluid at time 0.
     #[serde(default)]
     pub initial: Initial,
-    /// What drives the fluid besides its boundaries; default nothing.
+    /// Drive of the fluid besides its boundaries; default none.
     pub drive: Option<Drive>,
-    /// How fluid and particles meet.
+    /// Coupling of fluid and particles.
     #[serde(default)]
     pub coupling: Coupling,
-    /// How bodies meet each other and the walls; without it a touch ends the run.
+    /// Contacts of bodies with each other and the walls; without this table a touch ends the run.
     pub contact: Option<Contact>,
     /// Time stepping.
     pub time: Time,
@@ -122,22 +122,21 @@ pub struct Case {
     /// Raw PETSc options.
     #[serde(default)]
     pub petsc: Petsc,
-    /// What `summary.json` reports.
+    /// Numbers that `summary.json` reports.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measure: Vec<Measure>,
     /// Means over time; default none.
     pub statistics: Option<Statistics>,
-    /// What is recorded at points.
+    /// Velocity and pressure recorded at points.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<Probe>,
-    /// What is written, and how often.
+    /// Files that are written, and how often.
     #[serde(default)]
     pub output: Output,
 }
 
-/// The names of the faces of the box: face `f` closes axis `f /
-/// 2`, opposite `f ^ 1`.
-pub const FACES: [&str; 6] = ["west", "east", "south", "north", "bottom", "top"];
+/// The names of the sides of the box: side `f` closes axis `f / 2`, opposite `f ^ 1`.
+pub const SIDES: [&str; 6] = ["west", "east", "south", "north", "bottom", "top"];
 
 impl Case {
     /// 2 or 3: how many numbers `domain.size` has.
@@ -145,10 +144,10 @@ impl Case {
         self.domain.size.len()
     }
 
-    /// The faces of the box by name, each with its condition.
+    /// The sides of the box by name, each with its condition.
     pub fn sides(&self) -> impl Iterator<Item = (&'static str, &Side)> {
-        let faces = FACES.into_iter().enumerate();
-        faces.filter_map(|(face, name)| Some((name, self.boundary.side(face)?)))
+        let sides = SIDES.into_iter().enumerate();
+        sides.filter_map(|(number, name)| Some((name, self.boundary.side(number)?)))
     }
 
     /// Whether there is anything in the fluid: a particle, or an obstacle.
@@ -166,7 +165,7 @@ impl Case {
         self.domain.size.iter().zip(&self.domain.cells).map(|(l, n)| l / *n as f64).collect()
     }
 
-    /// The widest of these (m).
+    /// The widest spacing of the grid (m).
     pub fn widest_spacing(&self) -> f64 {
         self.spacings().into_iter().fold(0.0, f64::max)
     }
@@ -205,8 +204,8 @@ impl Case {
             .or_else(|| fastest(&mut sides().filter_map(moving)))
     }
 
-    /// What a body is called: its name, with its number where others have the name too; without a
-    /// name its number, from 0. Obstacles follow the particles.
+    /// Label of a body: its name, with its number where others have the name too; without a name
+    /// its number, from 0. Obstacles follow the particles.
     pub fn called(&self, id: usize) -> String {
         let name = |p: &Particle| p.name.clone();
         let wall =
@@ -311,7 +310,7 @@ pub struct Initial {
     /// default no.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub listed: bool,
-    /// How many particles that run has brought along.
+    /// Number of particles that come from that run.
     #[serde(skip)]
     pub inherited: usize,
     /// Uniform velocity (m/s); default the inflow's, of a profile that of its middle, or rest.

@@ -27,22 +27,22 @@ pub use wall::Wall;
 pub struct Obstacle {
     /// Name in measures; each its own.
     pub name: Option<String>,
-    /// What is within closed outlines (2D), concave too.
+    /// Solid within closed outlines (2D), concave too.
     pub polygon: Option<Outlines>,
-    /// What is within a closed surface of triangles (3D), concave too.
+    /// Solid within a closed surface of triangles (3D), concave too.
     pub surface: Option<Surface>,
-    /// What lies below heights: y over x in 2D, z over x and y in 3D.
+    /// Solid below heights: y over x in 2D, z over x and y in 3D.
     pub heights: Option<Heights>,
-    /// Where the origin of its numbers lies in the box (m), default the box's.
+    /// Place in the box of the origin of its numbers (m), default the box's.
     pub position: Option<Vec<f64>>,
-    /// What its torque is about and a given spin turns it about (m); default the centre of its
+    /// Reference point of its torque and centre of a given spin (m); default the centre of its
     /// volume in the box, of one that rests along periodic axes the middle of the box.
     pub centre: Option<Vec<f64>>,
-    /// What moves it; default it rests. What moves must not reach the sides of the box.
+    /// Its motion; default it rests. A moving one must not reach the sides of the box.
     pub motion: Motion,
     /// Its name in `[[contact.pair]]`, default that of the sides of the box, `wall`.
     pub material: Option<String>,
-    /// What it is, once it has been built.
+    /// Its wall, once it has been built.
     #[serde(skip)]
     pub wall: Option<Wall>,
 }
@@ -64,12 +64,12 @@ impl Default for Obstacle {
 }
 
 impl Obstacle {
-    /// What it is, of a case that has been read.
+    /// Its wall, in a case that has been read.
     pub fn wall(&self) -> &Wall {
         self.wall.as_ref().expect("the obstacles of a case that has been read are built")
     }
 
-    /// Puts what has been built in place of what is typed, with nothing in other files.
+    /// Replaces the typed keys by those of the built wall, with nothing in other files.
     fn become_wall(&mut self, wall: Wall) {
         let Obstacle { polygon, surface, centre, .. } = wall.typed();
         self.polygon = polygon;
@@ -100,7 +100,7 @@ pub struct Outlines {
     /// A CSV file with columns x, y, relative to the case file; with `outline` before them,
     /// a number that changes from one outline to the next.
     pub file: Option<String>,
-    /// What the file's lengths are multiplied by (0.001 for mm), default 1.
+    /// Factor on the file's lengths (0.001 for mm), default 1.
     pub scale: Option<f64>,
 }
 
@@ -111,7 +111,7 @@ pub struct Outlines {
 pub struct Surface {
     /// An STL file, binary or ASCII, relative to the case file.
     pub file: Option<String>,
-    /// What the file's lengths are multiplied by (0.001 for mm), default 1.
+    /// Factor on the file's lengths (0.001 for mm), default 1.
     pub scale: Option<f64>,
     /// Its corners (m).
     pub points: Option<Vec<[f64; 3]>>,
@@ -127,7 +127,7 @@ pub struct Heights {
     /// A file, relative to the case file: CSV with columns x, y (2D) or x, y, z of a raster, or
     /// an ESRI ASCII grid (`.asc`, 3D).
     pub file: Option<String>,
-    /// What the file's lengths are multiplied by (0.001 for mm), default 1.
+    /// Factor on the file's lengths (0.001 for mm), default 1.
     pub scale: Option<f64>,
     /// The corners of the line (m), x increasing; 2D.
     pub points: Option<Vec<[f64; 2]>>,

@@ -1,12 +1,12 @@
-//! How a body is turned, as it is typed.
+//! Orientation of a body, as it is typed.
 
 use crate::config::fault::{Check, finite};
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a body's own axes are turned from those of the box: degrees in 2D, counterclockwise; about
-/// an axis, or by a quaternion, in 3D.
+/// Rotation of a body's own axes from those of the box: degrees in 2D, counterclockwise; about an
+/// axis, or by a quaternion, in 3D.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
@@ -40,7 +40,7 @@ pub struct By {
     pub quaternion: [f64; 4],
 }
 
-/// How far a quaternion may be from length 1.
+/// Largest deviation of a quaternion's length from 1.
 const WORN: f64 = 1e-3;
 
 impl Orientation {
@@ -49,7 +49,7 @@ impl Orientation {
         Orientation::By(By { quaternion: [turn.w, turn.i, turn.j, turn.k] })
     }
 
-    /// What brings the body's own axes into those of the box.
+    /// Rotation from the body's own axes to those of the box.
     pub fn quaternion(&self) -> UnitQuaternion<f64> {
         match self {
             Orientation::Plane(degrees) => {

@@ -1,4 +1,4 @@
-//! What a run writes, and how often.
+//! Output of a run: the files that it writes, and how often.
 
 use super::Case;
 use crate::config::fault::{AXES, Check, positive};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// What is written, and how often.
+/// Files that are written, and how often.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -20,11 +20,11 @@ pub struct Output {
     pub checkpoint: Checkpoints,
     /// Figures of the last state as PNG and SVG; default yes.
     pub figures: bool,
-    /// What happens to a free particle that reaches an outflow; default it leaves, with a row in
+    /// Treatment of a free particle that reaches an outflow; default it leaves, with a row in
     /// `passages.csv`.
     pub removed: Removed,
-    /// How often fixed particles have rows; default once, at the start, where more than ten are
-    /// beside moving ones, else as often as those.
+    /// Rows of fixed particles; default once, at the start, where more than ten are beside moving
+    /// ones, else as often as those.
     pub fixed: Option<FixedRows>,
     /// Planes of figures in 3D (m), `planes = [{ z = 0.02 }, { x = 0.01 }]`; default one along
     /// gravity or the stream through the body, or the middle of all.
@@ -32,7 +32,7 @@ pub struct Output {
     pub planes: Vec<Section>,
 }
 
-/// How often fixed particles have rows.
+/// Times at which fixed particles have rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FixedRows {
@@ -42,7 +42,7 @@ pub enum FixedRows {
     Always,
 }
 
-/// What becomes of a free particle as its surface reaches an outflow.
+/// Treatment of a free particle as its surface reaches an outflow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Removed {
@@ -118,7 +118,7 @@ impl Default for Output {
     }
 }
 
-/// How often something is written.
+/// Interval of output, in steps or in time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum Cadence {
@@ -140,7 +140,7 @@ impl Cadence {
     }
 }
 
-/// How often a checkpoint is written.
+/// Interval of checkpoints, in minutes of running time or in steps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum Checkpoints {
@@ -169,7 +169,7 @@ fn at_least_one_step(key: &str, steps: u64) -> Check {
     Ok(())
 }
 
-/// So many fixed particles beside others are listed one by one; more are a ground.
+/// Most fixed particles beside others that have rows at every output; more count as a ground.
 const MANY: usize = 10;
 
 /// Rows of `particles.csv` a step where the case does not say how often: four times the bytes of
@@ -212,12 +212,12 @@ impl Output {
         self.particles.get_or_insert(Cadence::Steps(steps as u64));
     }
 
-    /// How often particles have rows, of a case that has been read.
+    /// Interval of rows of particles, in a case that has been read.
     pub fn rows(&self) -> Cadence {
         self.particles.unwrap_or(Cadence::Steps(1))
     }
 
-    /// How often fixed particles have rows, of a case that has been read.
+    /// Times at which fixed particles have rows, in a case that has been read.
     pub fn fixed_rows(&self) -> FixedRows {
         self.fixed.unwrap_or(FixedRows::Always)
     }

@@ -23,8 +23,8 @@ pub struct Particle {
     /// Its shape.
     #[schemars(with = "Typed")]
     pub shape: Shape,
-    /// How it is turned at time 0: degrees in 2D, `{ axis = [0, 0, 1], degrees = 30 }` in 3D;
-    /// default its own axes are along those of the box.
+    /// Orientation at time 0: degrees in 2D, `{ axis = [0, 0, 1], degrees = 30 }` in 3D; default
+    /// its own axes are along those of the box.
     pub orientation: Option<Orientation>,
     /// Density (kg/m3), default the fluid's.
     pub density: Option<f64>,
@@ -32,7 +32,7 @@ pub struct Particle {
     pub viscosity: Option<f64>,
     /// Centre at time 0 (m).
     pub position: Vec<f64>,
-    /// What moves it; default free.
+    /// Its motion; default free.
     #[serde(default)]
     pub motion: Motion,
     /// Velocity of a free particle at time 0 (m/s), default zero.
@@ -49,7 +49,7 @@ pub struct Particle {
     pub enter: Option<Enter>,
 }
 
-/// How a free body enters during the run: at the end of the first step after its time in which its
+/// Entry of a free body during the run: at the end of the first step after its time in which its
 /// place is free. It shares its momentum with the fluid: a disc of density ratio s in fluid at rest
 /// keeps s/(s + 1) of its velocity.
 #[serde_with::skip_serializing_none]
@@ -73,7 +73,7 @@ fn one() -> u64 {
 }
 
 impl Particle {
-    /// Where its centre may come into the box, by axis: from, and how far (m).
+    /// Range of places at which its centre may enter the box, by axis: start and length (m).
     pub fn entrance(&self, case: &Case) -> Vec<(f64, f64)> {
         let here = || self.position.iter().map(|x| (*x, 0.0)).collect();
         let region =
@@ -83,7 +83,7 @@ impl Particle {
             .unwrap_or_else(here)
     }
 
-    /// How far it reaches from its centre along an axis (m), to the low and to the high side.
+    /// Extent from its centre along an axis (m), to the low and to the high side.
     pub fn reach(&self, axis: usize) -> [f64; 2] {
         match self.shape.solid() {
             Some(solid) => solid.reach(axis, &self.turn()),
@@ -91,7 +91,7 @@ impl Particle {
         }
     }
 
-    /// What brings its own axes into those of the box.
+    /// Rotation from its own axes to those of the box at time 0.
     pub fn turn(&self) -> UnitQuaternion<f64> {
         self.orientation.as_ref().map_or(UnitQuaternion::identity(), Orientation::quaternion)
     }
@@ -129,7 +129,7 @@ impl Particle {
         let dimension = self.position.len();
         if self.is_free() {
             self.spin.get_or_insert(Spin::none(dimension));
-            // What enters without one takes that of the fluid.
+            // A particle that enters without a velocity takes that of the fluid.
             if self.enter.is_none() {
                 self.velocity.get_or_insert_with(|| vec![0.0; dimension]);
             }
@@ -160,7 +160,7 @@ pub enum Lock {
     Rotation,
 }
 
-/// What moves a body.
+/// Motion of a body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Motion {
@@ -174,7 +174,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Fills in the keys of a given motion that are not given.
+    /// Fills in the keys that a prescribed motion leaves out.
     pub(in crate::config) fn fill(&mut self, dimension: usize) {
         if let Motion::Prescribed(told) = self {
             told.velocity.resize(dimension, 0.0);
@@ -246,7 +246,7 @@ pub enum Spin {
 }
 
 impl Spin {
-    /// That of what does not turn.
+    /// The spin of a body that does not rotate: zero in this dimension.
     fn none(dimension: usize) -> Spin {
         if dimension == 2 { Spin::Plane(0.0) } else { Spin::Space([0.0; 3]) }
     }

@@ -14,7 +14,7 @@ pub enum Preset {
     Mics2003,
 }
 
-/// What `preset = "mics-2003"` fills into each table of these names.
+/// Keys that `preset = "mics-2003"` fills into each table of these names.
 const MICS_2003: &str = r#"
 time = { scheme = "euler", advection = "qsi" }
 contact = { tangential_damping = "printed" }
@@ -25,8 +25,8 @@ swarm = { viscosity = 0.0 }
 wall = "mixing"
 "#;
 
-/// Fills in what the preset of a case says and the case does not, under the span of its key;
-/// returns where that starts, `None` without a (known) preset.
+/// Fills in the keys that the preset of a case gives and the case does not, under the span of the
+/// key `preset`; returns where that starts, `None` without a (known) preset.
 pub(in crate::config) fn fill(case: &mut DeValue) -> Option<usize> {
     let DeValue::Table(case) = case else { return None };
     let (key, name) = case.get_key_value("preset")?;
@@ -101,7 +101,7 @@ mod tests {
         let contact = "contact = { normal_stiffness = 1e5 }";
         let case = loaded(2, &format!("particle = [{disc}]\nswarm = [{swarm}]\n{contact}"), &[]);
         assert_eq!((case.time.scheme(), case.time.advection), (Scheme::Euler, Advection::Qsi));
-        assert_eq!(case.coupling.wall, WallRule::Mixing);
+        assert_eq!(case.coupling.wall, WallRule::Mixture);
         assert_eq!(case.particle.len(), 4);
         assert!(case.particle.iter().all(|particle| particle.viscosity() == 0.0));
         assert_eq!(
@@ -121,6 +121,6 @@ mod tests {
             (Advection::Upwind5, Step::Courant(0.2))
         );
         assert_eq!((case.particle[0].viscosity(), case.contact), (3.0, None));
-        assert_eq!((case.coupling.wall, case.preset), (WallRule::Mixing, Some(Preset::Mics2003)));
+        assert_eq!((case.coupling.wall, case.preset), (WallRule::Mixture, Some(Preset::Mics2003)));
     }
 }

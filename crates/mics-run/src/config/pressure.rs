@@ -1,4 +1,4 @@
-//! The pressure equation: when it counts as solved, and by what.
+//! The pressure equation: its stopping rule and its solver.
 
 use super::Cadence;
 use schemars::JsonSchema;
@@ -46,7 +46,7 @@ pub enum Solver {
     Multigrid,
 }
 
-/// Which steps have the residuals of their pressure solves written.
+/// Steps whose pressure solves have their residuals written.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
@@ -66,7 +66,7 @@ impl Default for History {
 }
 
 impl History {
-    /// How often a step has its solves written; `None`: never.
+    /// Interval of steps whose pressure solves are written; `None`: never.
     pub fn cadence(self) -> Option<Cadence> {
         match self {
             History::Always(always) => always.then_some(Cadence::Steps(1)),

@@ -25,15 +25,15 @@ pub struct Loaded {
     pub case: Case,
     /// The case file as the user named it.
     pub file: PathBuf,
-    /// What is to be said of the file and those that it names, a line each.
+    /// Notes on the file and those that it names, a line each.
     pub notes: Vec<String>,
     text: String,
     overrides: Vec<String>,
 }
 
 impl Loaded {
-    /// The refusal of a key, with its line, by what comes after reading: a step over the limit,
-    /// say.
+    /// The refusal of a key, with its line, by a check that comes after reading: a step over the
+    /// limit, say.
     pub fn error_at(&self, key: &str, message: impl Into<String>) -> Error {
         let document = Document::parse(&self.file, &self.text, &self.overrides);
         let (line, given) = document.map_or((None, Given::File), |document| document.place(key));
@@ -47,7 +47,7 @@ impl Loaded {
     }
 }
 
-/// What makes a flow another one: with overrides of these a reference of the file no longer holds.
+/// Keys that define the flow: with overrides of these a reference of the file no longer holds.
 const FLOW: [&str; 9] = [
     "domain.size",
     "fluid",
@@ -60,8 +60,7 @@ const FLOW: [&str; 9] = [
     "contact",
 ];
 
-/// Drops the references that the file has of its own flow where overrides make it another one,
-/// unless they give others.
+/// Drops the references of the file where overrides change its flow, unless they give others.
 fn drop_references(case: &mut Case, overrides: &[String]) {
     let keys = || overrides.iter().map(|given| given.split('=').next().unwrap_or_default().trim());
     let within = |key: &str, table: &str| {
@@ -105,7 +104,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Loaded> {
 }
 
 /// The case that a document of the file `path` describes, its swarms turned into particles, checked
-/// and filled in, and what is to be said of the files that it names.
+/// and filled in, and notes on the files that it names.
 fn checked(
     document: &Document,
     path: &Path,
@@ -130,7 +129,7 @@ fn checked(
 /// The case that a run wrote out, from its text.
 ///
 /// # Errors
-/// With what is wrong with it, the key ahead.
+/// With the key, and what is wrong with it.
 pub fn written(text: &str) -> Result<Case, String> {
     let document = Document::plain(Path::new("case.toml"), text).map_err(|e| e.to_string())?;
     checked(&document, Path::new(""), &[])
@@ -167,7 +166,7 @@ impl Text {
         Ok(Text { file: file.to_owned(), text: read(file, kind)? })
     }
 
-    /// What it describes; `tables` are the keys at its top that are tables.
+    /// The value that it describes; `tables` are the keys at its top that are tables.
     pub fn to<T: DeserializeOwned>(&self, tables: &[&str]) -> Result<T> {
         Document::plain(&self.file, &self.text)?.to(tables).map_err(|fault| self.refuse(fault))
     }
@@ -255,7 +254,7 @@ kind = "drag_coefficient"
         }
     }
 
-    /// What gave the key that is refused.
+    /// Origin of the key that is refused.
     fn given_by(text: &str, overrides: &[&str]) -> Given {
         match load_text(text, overrides) {
             Err(Error::Case { given, .. }) => given,

@@ -142,14 +142,13 @@ fn plain(name: &str, value: &Value) -> (String, String) {
     (format!("`{name}`"), kind(value))
 }
 
-/// How a table of the top level is written: `[fluid]`, or `[[particle]]` where there may be
-/// several.
+/// Heading of a table of the top level: `[fluid]`, or `[[particle]]` where there may be several.
 fn heading(name: &str, value: &Value) -> String {
     if value["type"] == "array" { format!("[[{name}]]") } else { format!("[{name}]") }
 }
 
-/// The definition that a schema stands for, by itself, as a list's entries or where it may be
-/// missing.
+/// Name of the definition that a schema refers to, by itself, as a list's entries or where it may
+/// be missing.
 fn definition(value: &Value) -> Option<&str> {
     let direct = value["$ref"].as_str().or_else(|| value["items"]["$ref"].as_str());
     let choice = || value["anyOf"].as_array()?.iter().find_map(|choice| choice["$ref"].as_str());
@@ -212,7 +211,7 @@ fn kind(value: &Value) -> String {
     }
 }
 
-/// What a schema says of itself, on one line.
+/// Description of a schema, on one line.
 fn sentence(value: &Value) -> String {
     value["description"]
         .as_str()
@@ -222,7 +221,7 @@ fn sentence(value: &Value) -> String {
         .join(" ")
 }
 
-/// The same in a cell of a table.
+/// Description of a schema, for a cell of a table.
 fn cell(value: &Value) -> String {
     sentence(value).replace('|', "\\|")
 }

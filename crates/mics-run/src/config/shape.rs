@@ -25,8 +25,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 pub use superquadric::Superquadric;
 
-/// What a shape that is not round does with what is typed of it. A shape is a file that has this,
-/// and its names in [`Typed`], [`Listed`] and `each!`.
+/// Typed description of a shape that is not round. A shape is a file that implements this, and its
+/// names in [`Typed`], [`Listed`] and `each!`.
 pub(in crate::config) trait Described: Sized {
     /// The dimension of the cases that it is for; `None` where it is for both.
     fn dimension(&self) -> Option<usize>;
@@ -36,26 +36,25 @@ pub(in crate::config) trait Described: Sized {
         None
     }
 
-    /// It, of the key `key`, with its numbers checked and those of its file in it.
+    /// The shape of the key `key`, its numbers checked and those of its file in it.
     fn read(self, reader: &mut Reader, key: &str) -> Result<Self, Fault>;
 
     /// The solid that it is in its own axes, as large as it is by itself, once it is read.
     fn solid(&self) -> Result<Arc<dyn Geometry>, mics_shapes::Fault>;
 
-    /// How many corners or balls it is made of, in words; empty where a case says it in a few
-    /// numbers.
+    /// Number of its corners or balls, in words; empty where a few numbers describe it in a case.
     fn detail(&self) -> String {
         String::new()
     }
 }
 
-/// What reads shapes of a case.
+/// Reader of the shapes of a case.
 pub(in crate::config) struct Reader {
-    /// That of the case.
+    /// Dimension of the case.
     pub dimension: usize,
-    /// Where files are looked for from.
+    /// Folder from which files are looked for.
     pub folder: PathBuf,
-    /// What is to be said of files.
+    /// Notes on files.
     pub notes: Vec<String>,
 }
 
@@ -65,8 +64,8 @@ fn axes(key: &str, axes: &[f64]) -> Check {
     all.into_iter().try_for_each(|(k, x)| positive(&format!("{key}.axes.{k}"), *x, "m"))
 }
 
-/// What is to be done with a shape of any of the kinds that are not round, which `$make` makes a
-/// [`Typed`] of, or else with others.
+/// Evaluates `$then` for a shape of any kind that is not round, with `$make` the variant of
+/// [`Typed`] that it is, and `$else` for others.
 macro_rules! each {
     ($typed:expr, $make:pat, $shape:pat => $then:expr, $other:pat => $else:expr) => {
         match $typed {
@@ -85,9 +84,9 @@ macro_rules! each {
     }};
 }
 
-/// The shape of a body, in its own axes. A body lies with its centre of volume at `position`. What
-/// is not round may have a `diameter` (m): that of the disc or sphere of its volume, to which all
-/// of it is scaled.
+/// The shape of a body, in its own axes. A body lies with its centre of volume at `position`.
+/// Shapes that are not round may have a `diameter` (m): that of the disc or sphere of their volume,
+/// to which they are scaled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Shape")]
@@ -138,7 +137,7 @@ pub struct Like {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Listed {
-    /// How many of the swarm have it, as a part of the shares of all; default 1.
+    /// Its share of the swarm's bodies, as a part of the shares of all; default 1.
     pub share: Option<f64>,
     /// A disc (2D), of unit depth.
     pub disc: Option<Round>,
@@ -202,7 +201,7 @@ impl Typed {
         }
     }
 
-    /// The diameter (m) of what is round, or to which it is scaled.
+    /// Diameter (m) of a disc or sphere, or to which another shape is scaled.
     pub fn diameter(&self) -> Option<f64> {
         match self {
             Typed::Disc(round) | Typed::Sphere(round) => Some(round.diameter),
@@ -211,7 +210,7 @@ impl Typed {
         }
     }
 
-    /// The same with this diameter (m), or as large as it is by itself.
+    /// The shape with this diameter (m), or in its own size.
     pub fn of_diameter(&self, wanted: Option<f64>) -> Typed {
         let mut shape = self.clone();
         match &mut shape {
@@ -237,7 +236,7 @@ impl Typed {
     /// As [`Described::solid`].
     ///
     /// # Errors
-    /// When it is none, in words.
+    /// When it is no solid, in words.
     fn solid(&self) -> Result<Arc<dyn Geometry>, String> {
         let none = || Err(format!("a {} is no solid", self.key()));
         each!(self, _, shape => shape.solid().map_err(|fault| fault.0), _ => none())

@@ -25,7 +25,7 @@ impl Source<'_> {
         self.refuse_at(&format!("{}:{line}", self.path.display()), what)
     }
 
-    /// The refusal of what is no table.
+    /// The refusal of a file that is no table.
     pub fn malformed(&self, e: &csv::Error) -> Fault {
         let line = e.position().map_or(1, |position| position.line());
         let what = match e.kind() {
@@ -65,7 +65,7 @@ impl Source<'_> {
     }
 
     /// The rows of numbers below a header that names exactly these columns, in their order, each
-    /// with its line; `what` they are.
+    /// with its line; `what` names them in a refusal.
     pub fn rows(&self, columns: &[&str], what: &str) -> Result<Vec<(u64, Vec<f64>)>, Fault> {
         let text = self.text()?;
         let mut reader = reader(&text);
@@ -111,7 +111,7 @@ pub(super) fn named<'a>(file: &'a str, key: &str) -> Result<&'a str, Fault> {
     Ok(file)
 }
 
-/// Exactly one of these keys is given.
+/// Checks that exactly one of these keys is given.
 pub(super) fn one_of(key: &str, keys: &[(&str, bool)]) -> Check {
     let given = keys.iter().filter(|(_, given)| *given).count();
     let names: Vec<&str> = keys.iter().map(|(name, _)| *name).collect();
@@ -121,7 +121,7 @@ pub(super) fn one_of(key: &str, keys: &[(&str, bool)]) -> Check {
     Ok(())
 }
 
-/// What the lengths of a file are multiplied by.
+/// Factor on the lengths of a file.
 pub(super) fn factor(key: &str, scale: Option<f64>, of_file: bool) -> Result<f64, Fault> {
     let key = format!("{key}.scale");
     positive(&key, scale, "a factor, such as 0.001 for mm")?;

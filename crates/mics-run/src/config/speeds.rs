@@ -17,7 +17,7 @@ pub struct Stream {
     pub speed: f64,
     /// The largest diameter, or without particles the height of the box (m).
     pub length: f64,
-    /// Which of the two, in words.
+    /// Name of that length, in words.
     pub of: &'static str,
     /// Reynolds number of both.
     pub reynolds: f64,
@@ -77,7 +77,7 @@ pub fn driven_speed(case: &Case) -> Option<f64> {
 }
 
 /// The largest speed of the fluid (m/s) that the case itself tells, whenever it ends: of its
-/// stream, its drive or its vortex. Where nothing holds what is driven, it is that at the end.
+/// stream, its drive or its vortex. Where friction never balances the drive, it is that at the end.
 pub fn fluid_speed(case: &Case) -> f64 {
     let driven = driving_force(case)
         .map(|force| steady_speed(case, force))

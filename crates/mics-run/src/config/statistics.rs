@@ -1,4 +1,4 @@
-//! Means over time and what is recorded at points.
+//! Means over time, and records at points.
 
 use super::{Axis, Case};
 use crate::config::fault::{AXES, Check, not_negative, positive, vector};

@@ -26,23 +26,23 @@ use serde::{Deserialize, Serialize};
 pub struct Swarm {
     /// Their common name in measures and figures.
     pub name: Option<String>,
-    /// How many.
+    /// Number of bodies.
     pub count: Option<usize>,
     /// Where they lie, at random, packed up to about 80 % of the area in 2D and 60 % of the volume
     /// in 3D.
     pub region: Option<Region>,
-    /// Their diameters (m); of what is not round those of the disc or sphere of its volume, to
-    /// which it is scaled, and by default as it is.
+    /// Their diameters (m); of shapes that are not round those of the disc or sphere of their
+    /// volume, to which they are scaled, and by default as they are.
     pub diameter: Option<Diameters>,
-    /// The shape of all; default a disc in 2D, a sphere in 3D. Those that are not round are put
+    /// The shape of all; default a disc in 2D, a sphere in 3D. Shapes that are not round are put
     /// down with their bounding discs or spheres clear of each other.
     pub shape: Option<Typed>,
     /// Their shapes, where they have several, each with its share, as in
     /// `[{ ellipsoid = { axes = [0.02, 0.01, 0.01] }, share = 0.3 }, ...]`.
     pub shapes: Option<Vec<Listed>>,
-    /// How those that are not round are turned; default at random.
+    /// Orientations of bodies that are not round; default at random.
     pub orientations: Option<Orientations>,
-    /// What `shape` or `shapes` are, once they have been built.
+    /// The shapes of `shape` or `shapes`, once they have been built.
     #[serde(skip)]
     pub solids: Vec<Kind>,
     /// Seed of the random numbers, default 1; the same seed gives the same places on all machines.
@@ -58,7 +58,7 @@ pub struct Swarm {
     pub density: Option<f64>,
     /// Viscosity inside the particles (Pa s), default the fluid's; the paper has 0.
     pub viscosity: Option<f64>,
-    /// What moves them; default free, or as in the run that `from` names.
+    /// Their motion; default free, or as in the run that `from` names.
     pub motion: Option<Motion>,
     /// Velocity of free particles at time 0 (m/s), default zero.
     pub velocity: Option<Vec<f64>>,
@@ -74,18 +74,18 @@ pub struct Swarm {
     pub feed: Option<Feed>,
 }
 
-/// How a swarm is fed. A body waits until a place is free.
+/// Feed of a swarm. A body waits until a place is free.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Feed {
-    /// How many a second (1/s).
+    /// Bodies a second (1/s).
     pub rate: f64,
     /// When the first one comes (s), default 0.
     pub from: Option<f64>,
 }
 
-/// How the bodies of a swarm are turned.
+/// Orientations of the bodies of a swarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Orientations {
@@ -127,7 +127,7 @@ pub struct Range {
     pub uniform: [f64; 2],
 }
 
-/// More would be a slip of the finger.
+/// Most bodies of a swarm: more would be a slip of the finger.
 const MOST: usize = 1_000_000;
 
 /// A swarm to be scattered: its keys that `from` would replace, checked.

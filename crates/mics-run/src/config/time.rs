@@ -26,14 +26,14 @@ pub struct Time {
     pub advection: Advection,
 }
 
-/// Most stages of a step where there are no bodies, where all are fixed, and where some move. What
-/// is imposed at a wall has a part that turns and does not decay: with ten the drag of a quarter of
-/// the places of a fixed disc stays in motion by some thousandths, with eight of none. What moves
-/// feels the fluid's answer a step late, and has fewer steps to come to rest on a wall the longer
-/// they are.
+/// Most stages of a step without bodies, with fixed bodies only, and with moving bodies. The
+/// velocity imposed at a wall has a part that turns and does not decay: with ten stages the drag of
+/// a fixed disc keeps fluctuating by some thousandths at a quarter of its places, with eight at
+/// none. A moving body feels the fluid's response a step late; the longer the steps, the fewer it
+/// has to come to rest on a wall.
 const MAX_STAGES: [usize; 3] = [10, 8, 4];
 
-/// What gives the length of a step.
+/// Rule for the length of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
     /// `time.step`: always this (s).
@@ -43,8 +43,8 @@ pub enum Step {
 }
 
 impl Time {
-    /// Fills in the keys that are not given: of particles `mixed` in or not, `some` bodies or none,
-    /// of which some move or none.
+    /// Fills in the keys that are not given: `mixed` with the mixture method and bodies, `some`
+    /// where there are bodies, `moves` where any of them move.
     pub(super) fn fill(&mut self, mixed: bool, some: bool, moves: bool) -> Check {
         let scheme = *self.scheme.get_or_insert(match (mixed, moves) {
             (true, _) => Scheme::Rk2,
@@ -73,7 +73,7 @@ impl Time {
         Ok(())
     }
 
-    /// What gives the length of a step, of a case that has been read.
+    /// Rule for the length of a step, in a case that has been read.
     pub fn length(&self) -> Step {
         self.step.map_or(Step::Courant(self.cfl.unwrap_or_default()), Step::Fixed)
     }
@@ -102,7 +102,7 @@ pub enum Scheme {
     /// Second order: rk2, or as many Runge-Kutta-Legendre stages as viscosity asks for. Not with
     /// the mixture method.
     Rkl2,
-    /// The same from rk3, with steps twice as long where advection binds, which cost accuracy where
+    /// As rkl2 from rk3, with steps twice as long where advection binds, which cost accuracy where
     /// bodies move.
     Rkl3,
 }

@@ -68,7 +68,7 @@ fn fluid(fluid: &Fluid, dimension: usize) -> Check {
     vector("gravity", &fluid.gravity, dimension, "m/s2")
 }
 
-/// Checks what is there at time 0.
+/// Checks the initial state.
 fn initial(case: &Case) -> Check {
     if !case.initial.velocity.is_empty() {
         vector("velocity", &case.initial.velocity, case.dimension(), "m/s")?;
@@ -91,7 +91,7 @@ fn initial(case: &Case) -> Check {
     Ok(())
 }
 
-/// Checks how far the pressure is solved for.
+/// Checks the stopping rule of the pressure equation.
 fn pressure(chosen: &Pressure) -> Check {
     let &Pressure { divergence_limit, tightening, max_iterations, .. } = chosen;
     positive("divergence_limit", divergence_limit, "1/s")?;
@@ -104,11 +104,11 @@ fn pressure(chosen: &Pressure) -> Check {
     Ok(())
 }
 
-/// Cells this many times as long as wide hold sharp surfaces; measured, 6 do too, and 8 feed energy
+/// Largest aspect ratio of cells beside sharp surfaces; measured, 6 holds too, and 8 feeds energy
 /// to the flow.
 const LONGEST_CELLS: f64 = 4.0;
 
-/// The profile beside a sharp surface counts in one spacing for all directions.
+/// Refuses long cells beside sharp surfaces, whose velocity profile has one spacing for all axes.
 fn long_cells(case: &Case) -> Check {
     let spacings =
         case.domain.size.iter().zip(&case.domain.cells).map(|(size, cells)| size / *cells as f64);

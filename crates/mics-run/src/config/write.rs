@@ -35,7 +35,7 @@ pub(super) fn toml(case: &Case) -> String {
     text
 }
 
-/// What a case says of the solid of the body of this number: long lists of points once, in the
+/// Description in a case of the solid of the body of this number: long lists of points once, in the
 /// first body that has them; `before` are such bodies.
 fn referred(solid: &Solid, index: usize, before: &mut Vec<(usize, Solid)>) -> Typed {
     if solid.detail().is_empty() {

@@ -1,4 +1,4 @@
-//! What a ball has in common with a convex polyhedron, in closed form.
+//! Intersection of a ball with a convex polyhedron, in closed form.
 //!
 //! ```text
 //!    V   = sum over faces of  integral of h/3 (1 - R^3/|x|^3) dA   (+ the ball, of centres inside)
@@ -23,7 +23,7 @@ use std::f64::consts::PI;
 /// Below this part of the radius a centre counts as lying in a plane.
 const NEAR: f64 = 1e-9;
 
-/// What the faces of a polyhedron have within a ball.
+/// A face of a polyhedron, by the disc that its plane has in a ball.
 struct Face {
     /// Distance of the plane from the centre, and the square of the disc's radius.
     h: f64,

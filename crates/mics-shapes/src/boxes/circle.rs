@@ -45,8 +45,8 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Those at these places (m), for a circle of the radius `r` (m), the last one once more up to
-    /// a whole number of vectors.
+    /// Sets the lines at these places (m), for a circle of the radius `r` (m), the last one once
+    /// more up to a whole number of vectors.
     pub fn set(&mut self, places: &[f64], r: f64) {
         let Lines { at, root, below } = self;
         for values in [&mut *at, root, below] {
@@ -89,8 +89,8 @@ impl Parts {
         })
     }
 
-    /// What the disc of the radius `r` (m) has below each of the lines in x and one in y: the
-    /// quadrants of [`rectangle`], with no branch; the integrals where they are asked for.
+    /// Sets the parts of the disc of the radius `r` (m) below each of the lines in x and one in y:
+    /// the quadrants of [`rectangle`], with no branch; the integrals where they are asked for.
     #[inline(always)]
     pub fn set_below(&mut self, x: &Lines, y: &Line, r: f64, moments: bool) {
         let n = x.at.len();
@@ -120,8 +120,8 @@ impl Parts {
         }
     }
 
-    /// What it has of the rectangles between neighbouring lines in x and two in y, by what is below
-    /// these; up to a whole number of vectors.
+    /// Sets the parts of the disc in the rectangles between neighbouring lines in x and two in y,
+    /// by those below these; up to a whole number of vectors.
     #[inline(always)]
     pub fn set_between(&mut self, low: &Parts, high: &Parts, moments: bool) {
         let n = low.area.len().saturating_sub(1);
@@ -147,30 +147,33 @@ fn between(low: &[f64], high: &[f64], out: &mut [f64]) {
     }
 }
 
-/// What a disc fills of a region.
+/// The part of a disc in a region.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Part {
+pub struct CirclePart {
     /// Area (m2).
     pub area: f64,
     /// Integrals of both coordinates over it (m3).
     pub moment: [f64; 2],
 }
 
-/// What the disc of the radius `r` (m) fills of the rectangle between two lines in x and two in y.
-pub fn rectangle(x: [&Line; 2], y: [&Line; 2], r: f64) -> Part {
+/// The part of the disc of the radius `r` (m) in the rectangle between two lines in x and two in y.
+pub fn rectangle(x: [&Line; 2], y: [&Line; 2], r: f64) -> CirclePart {
     // Where no arc passes there is nothing to find.
     let far = |edges: [&Line; 2]| edges[0].at.abs().max(edges[1].at.abs());
     let near = |edges: [&Line; 2]| edges[0].at.max(-edges[1].at).max(0.0);
     let square = |f: &dyn Fn([&Line; 2]) -> f64| f(x) * f(x) + f(y) * f(y);
     if square(&far) <= r * r {
         let area = (x[1].at - x[0].at) * (y[1].at - y[0].at);
-        return Part { area, moment: [x, y].map(|edges| 0.5 * area * (edges[0].at + edges[1].at)) };
+        return CirclePart {
+            area,
+            moment: [x, y].map(|edges| 0.5 * area * (edges[0].at + edges[1].at)),
+        };
     }
     if square(&near) >= r * r {
-        return Part::default();
+        return CirclePart::default();
     }
     let sum = |q: &dyn Fn(usize, usize) -> f64| q(1, 1) - q(0, 1) - q(1, 0) + q(0, 0);
-    Part {
+    CirclePart {
         area: sum(&|i, j| quadrant(x[i], y[j], r)).max(0.0),
         moment: [sum(&|i, j| moment(x[i], y[j])), sum(&|i, j| moment(y[j], x[i]))],
     }
@@ -197,8 +200,8 @@ pub fn lever(axis: usize, middle: &Vector3<f64>, lines: [[&Line; 2]; 2], r: f64)
     lever
 }
 
-/// The same of a face in 2D, of half edges `half` (m), with half the chord `c` (m) in its plane:
-/// covered part times the arm to its centroid (m).
+/// Covered part of a face in 2D times the arm to its centroid (m): the face of half edges `half`
+/// (m), with half the chord `c` (m) in its plane.
 pub fn chord_lever(
     axis: usize,
     middle: &Vector3<f64>,
@@ -236,7 +239,7 @@ fn moment(x: &Line, y: &Line) -> f64 {
     moment_within(x.root, y.at)
 }
 
-/// The same of a line of the half chord `a` (m), below `y` (m).
+/// Integral of X over the part of the disc before a line of the half chord `a` (m), below `y` (m).
 #[inline(always)]
 fn moment_within(a: f64, y: f64) -> f64 {
     let t = if y < -a { -a } else { y };
@@ -248,7 +251,7 @@ fn moment_within(a: f64, y: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn part(x: [f64; 2], y: [f64; 2], r: f64) -> Part {
+    fn part(x: [f64; 2], y: [f64; 2], r: f64) -> CirclePart {
         let [x, y] = [x, y].map(|edges| edges.map(|at| Line::new(at, r)));
         rectangle([&x[0], &x[1]], [&y[0], &y[1]], r)
     }

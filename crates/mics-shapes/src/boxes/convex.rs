@@ -28,7 +28,7 @@ pub struct Convex {
     /// Numbers of corners, face by face, counterclockwise seen from outside.
     loops: Vec<u32>,
     sides: Vec<Side>,
-    /// Room for a cut: the next faces and numbers, the corners' distances and new numbers, the
+    /// Scratch for a cut: the next faces and numbers, the corners' distances and new numbers, the
     /// edges that are cut with their new corners, and which new corner follows which.
     next: (Vec<u32>, Vec<Side>),
     distances: Vec<f64>,

@@ -1,5 +1,5 @@
-//! What bodies fill of the boxes of a lattice: the cells of a grid, or its faces with the halves of
-//! the cells beside them.
+//! Parts that bodies fill of the boxes of a lattice: the cells of a grid, or its faces with the
+//! halves of the cells beside them.
 //!
 //! ```text
 //!   planes of an axis    p_0   p_1   p_2   ...
@@ -21,9 +21,9 @@ use nalgebra::Vector3;
 /// A lattice of boxes, and how a body lies in it, the body's centre at its origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Lattice<'a> {
-    /// How much larger than its geometry the body is.
+    /// Ratio of the body's size to that of its geometry.
     pub factor: f64,
-    /// What brings the body's own axes into those of the lattice.
+    /// Rotation from the body's own axes to those of the lattice.
     pub orientation: Orientation,
     /// The planes between the boxes along each axis, ascending (m); two alike along z in 2D.
     pub planes: &'a [Vec<f64>; 3],
@@ -47,7 +47,7 @@ impl Lattice<'_> {
     }
 }
 
-/// What a body fills of a box of a lattice.
+/// The part of a box of a lattice that a body fills.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
     /// Number of the box along each axis.
@@ -62,8 +62,8 @@ pub struct Tile {
     /// of the box (m); of round bodies where faces are asked for.
     pub moment: Vector3<f64>,
     /// The lever of the face in its middle (m), where faces are asked for: where a turning body
-    /// carries fluid through it, its flux is `(spin x lever).n` per area of the face. That of round
-    /// bodies is of the section in the face's own plane, and else the moment.
+    /// carries fluid through it, its flux is `(spin x lever).n` per area of the face. For round
+    /// bodies it is that of the section in the face's own plane, for others the moment.
     pub lever: Vector3<f64>,
 }
 
@@ -104,9 +104,9 @@ impl Tile {
     }
 }
 
-/// Forgets what is in a list of the planes of a body along this many axes. Where it has no room for
-/// `count` of them it gets that of twice as many along each: a body that moves lies across one
-/// plane more or less, and of one across a side of the box they are a part.
+/// Empties a list of the planes of a body along this many axes. Without room for `count` of them it
+/// gets room for twice as many along each: a body that moves lies across one plane more or less,
+/// and one across a side of the box has only a part of them.
 fn make_room<T>(list: &mut Vec<T>, count: usize, axes: u32) {
     list.clear();
     if count > list.capacity() {

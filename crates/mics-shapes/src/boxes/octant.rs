@@ -1,4 +1,4 @@
-//! What a sphere of radius R about the origin fills beyond three planes, in closed form; a box is
+//! The part of a sphere of radius R about the origin beyond three planes, in closed form; a box is
 //! eight such corners.
 //!
 //! ```text
@@ -6,7 +6,7 @@
 //!
 //!   the corner inside the sphere:   3 G = R A - a A_a - b A_b - c A_c        cones from the origin
 //!      A / R^2 = 2 pi - sum of the outer angles - sum (a/R) arc_a
-//!              Gauss and Bonnet, the patch of the sphere
+//!              by Gauss and Bonnet, with A the patch of the sphere
 //!      A_a = rho^2 arc_a/2 + b c - (b s_ab + c s_ca)/2,   rho^2 = R^2 - a^2,
 //!              s_ab^2 = rho^2 - b^2
 //!      arc_a = pi/2 - asin(b/rho) - asin(c/rho),   cos(outer angle of a, b) = -a b/(rho_a rho_b)
@@ -14,7 +14,7 @@
 //!                 b, c
 //!
 //!   moment      int x dV = 1/2 int_(x = a) (rho^2 - y^2 - z^2) dA
-//!              -(R^2 - r^2)/2 e_x has the divergence x, and is
+//!              since -(R^2 - r^2)/2 e_x has the divergence x, and is zero on the sphere
 //! ```
 //! All angles belong to two planes, so that a lattice of boxes has as many as it has edges.
 
@@ -46,7 +46,7 @@ pub struct Pair {
     beyond: f64,
 }
 
-/// What lies beyond a corner.
+/// The part of the sphere beyond a corner.
 #[derive(Clone, Copy, Debug)]
 pub struct Corner {
     /// Volume (m3).
@@ -78,7 +78,7 @@ impl Plane {
         0.5 * self.square * self.square * (FRAC_PI_2 - angle) - at * along
     }
 
-    /// The same beyond two, the corner inside.
+    /// Integral over its circle beyond two lines, of `rho^2 - r^2` (m4), the corner inside.
     fn quarter(&self, y: &Line, z: &Line) -> f64 {
         let along = |line: &Line, other: &Line| {
             let part = (0.5 * self.square - 0.25 * line.at * line.at) * (line.root - other.at);
@@ -89,7 +89,7 @@ impl Plane {
             - along(z, y)
     }
 
-    /// The same, the corner outside.
+    /// Integral over its circle beyond two lines, of `rho^2 - r^2` (m4), the corner outside.
     fn rest(&self, y: &Line, z: &Line) -> f64 {
         match (y.at < 0.0, z.at < 0.0) {
             (false, false) => 0.0,
@@ -101,7 +101,7 @@ impl Plane {
 }
 
 impl Pair {
-    /// Of a sphere of the given radius (m).
+    /// Two planes that are normal to two axes, in a sphere of the given radius (m).
     pub fn new(p: &Plane, q: &Plane, radius: f64) -> Pair {
         let square = radius * radius - p.at * p.at - q.at * q.at;
         let whole = 4.0 / 3.0 * PI * radius.powi(3);
@@ -150,11 +150,11 @@ impl Corner {
         self.moment += factor * other.moment;
     }
 
-    /// That of planes normal to x, y, z and of their pairs xy, yz, zx; the integrals where they are
-    /// asked for.
+    /// The corner of planes normal to x, y, z and of their pairs xy, yz, zx; the integrals where
+    /// they are asked for.
     pub fn new(planes: [&Plane; 3], pairs: [&Pair; 3], radius: f64, integrals: bool) -> Corner {
         let line = |k: usize, angle: f64, root: f64| Line { at: planes[k].at, angle, root };
-        // Of each plane the lines of the next two in its circle.
+        // The lines of the next two planes in the circle of each plane.
         let lines: [[Line; 2]; 3] = std::array::from_fn(|k| {
             let next = pairs[k];
             let last = pairs[(k + 2) % 3];
@@ -215,7 +215,7 @@ fn outside(planes: [&Plane; 3], pairs: [&Pair; 3], radius: f64) -> f64 {
     }
 }
 
-/// That of a box from `low` to `high` (m), in a sphere of the given radius (m).
+/// The part of a sphere of the given radius (m) in a box from `low` to `high` (m).
 #[cfg(test)]
 pub fn of_box(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> Corner {
     let planes: [[Plane; 2]; 3] =
@@ -233,7 +233,7 @@ pub fn of_box(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> Corner {
     sum
 }
 
-/// What lies beyond an end of a box along x, by its corners at the low (0) or the high plane (1) of
+/// The part beyond an end of a box along x, by its corners at the low (0) or the high plane (1) of
 /// y and z: that of the low end less that of the high one is the box's.
 pub fn end(mut corner: impl FnMut([usize; 2]) -> Corner) -> Corner {
     let mut sum = Corner::EMPTY;

@@ -1,5 +1,5 @@
-//! What a body of two dimensions fills of the boxes of a lattice: its outline is cut by the lines
-//! once, and rows of boxes summed up from their ends.
+//! Parts that a body of two dimensions fills of the boxes of a lattice: its outline is cut by the
+//! lines once, and rows of boxes summed up from their ends.
 //!
 //! ```text
 //!     row of boxes along x     A = sum over pieces of  integral of (x - x_i) dy + h C_(i+1)
@@ -44,7 +44,7 @@ impl Sum {
     }
 }
 
-/// What lies between an arc and its chord.
+/// The region between an arc and its chord.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bulge {
     /// Its area (m2).
@@ -58,7 +58,7 @@ trait Curve {
     /// Where it crosses a line normal to an axis (m).
     fn crossing(&self, axis: usize, line: f64) -> Vector2<f64>;
 
-    /// What lies between it and its chord from one of its points to another.
+    /// The region between it and its chord from one of its points to another.
     fn bulge(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> Bulge;
 }
 
@@ -80,7 +80,7 @@ impl Curve for Side {
     }
 }
 
-/// An ellipse: what a matrix makes of the unit disc, at a centre.
+/// An ellipse: the unit disc times a matrix, about a centre.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretched {
     centre: Vector2<f64>,
@@ -149,7 +149,7 @@ pub(crate) struct Rim {
 }
 
 thread_local! {
-    static ROOM: RefCell<Rim> = RefCell::default();
+    static SCRATCH: RefCell<Rim> = RefCell::default();
 }
 
 /// Calls with the boxes between `planes` (m) that a body reaches; `outline` adds its sides and arcs
@@ -163,7 +163,7 @@ pub(crate) fn tile(
     if x.len() < 2 || y.len() < 2 {
         return;
     }
-    ROOM.with_borrow_mut(|rim| {
+    SCRATCH.with_borrow_mut(|rim| {
         rim.numbers.clear();
         rim.numbers.resize(x.len() * (y.len() - 1), NONE);
         rim.sums.clear();
@@ -267,7 +267,7 @@ impl Rim {
             *number = self.sums.len() as u32;
             self.sums.push(Sum::default());
         }
-        // What lies before the first line covers that.
+        // A piece before the first line counts as covering it.
         let sum = &mut self.sums[*number as usize];
         let low = x[i.max(1) - 1];
         sum.add(from, to, low);

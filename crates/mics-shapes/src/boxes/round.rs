@@ -1,5 +1,5 @@
-//! What discs and spheres fill of a lattice of boxes, all in one go: what neighbours share is found
-//! once.
+//! Parts that discs and spheres fill of a lattice of boxes, all in one go: what neighbours share is
+//! found once.
 //!
 //! ```text
 //!      +----+----+        a disc by the lines of the lattice across it ([`super::circle`]),
@@ -14,26 +14,26 @@ use nalgebra::Vector3;
 use std::cell::RefCell;
 
 thread_local! {
-    static ROOM: RefCell<Room> = RefCell::default();
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
-/// Room for what is found on the way, used again.
+/// Scratch for what is found on the way, used again.
 #[derive(Debug, Default)]
-struct Room {
-    /// Of each interval between planes the squares of its least and its largest distance from the
+struct Scratch {
+    /// Squares of the least and the largest distance of each interval between planes from the
     /// centre (m2).
     squares: [Vec<[f64; 2]>; 3],
     cuts: [Vec<Plane>; 3],
-    /// Of xy, yz, zx, the first axis fastest.
+    /// Pairs of planes normal to xy, yz, zx, the first axis fastest.
     pairs: [Vec<Pair>; 3],
-    /// Of two layers in z.
+    /// Corners in two layers in z.
     corners: [Vec<Option<Corner>>; 2],
-    /// Of each layer of faces the radius of the sphere's circle in their planes (m), and the lines
-    /// of the next two axes across it.
+    /// Radius of the sphere's circle in the planes of each layer of faces (m), and the lines of the
+    /// next two axes across it.
     circles: Vec<f64>,
     lines: [Vec<Line>; 2],
-    /// Of a disc the lines in x, what it has below them and a line in y, and below the next one,
-    /// and what it has between.
+    /// Lines in x across a disc, and the parts of it below them and a line in y, below them and the
+    /// next one, and between.
     across: Lines,
     parts: [Parts; 3],
 }
@@ -42,13 +42,13 @@ struct Room {
 /// for.
 pub(crate) fn tile_disc(radius: f64, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
     let radius = lattice.factor * radius;
-    ROOM.with_borrow_mut(|room| room.of_disc(radius, lattice, found));
+    SCRATCH.with_borrow_mut(|room| room.of_disc(radius, lattice, found));
 }
 
 /// Calls with the boxes that a sphere of this radius (m) reaches, likewise.
 pub(crate) fn tile_sphere(radius: f64, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
     let radius = lattice.factor * radius;
-    ROOM.with_borrow_mut(|room| room.of_sphere(radius, lattice, found));
+    SCRATCH.with_borrow_mut(|room| room.of_sphere(radius, lattice, found));
 }
 
 /// Each box that a round body of the given radius (m) reaches, and whether it fills it as a whole.
@@ -75,7 +75,7 @@ fn for_reached(
     }
 }
 
-impl Room {
+impl Scratch {
     fn find_squares(&mut self, planes: &[Vec<f64>; 3]) {
         for (squares, planes) in self.squares.iter_mut().zip(planes) {
             let square = |low: f64, high: f64| {
@@ -94,7 +94,7 @@ impl Room {
         if let Some(axis) = faces {
             self.find_radii(radius, planes, axis);
         }
-        let Room { squares, across, parts: [low, high, between], circles, .. } = self;
+        let Scratch { squares, across, parts: [low, high, between], circles, .. } = self;
         let line = |at: f64| Line::new(at, radius);
         across.set(&planes[0], radius);
         let moments = faces.is_some();
@@ -145,7 +145,7 @@ impl Room {
             self.find_circles(radius, planes, axis);
         }
         self.find_pairs(radius, planes);
-        let Room { squares, cuts, pairs, corners, circles, lines, .. } = self;
+        let Scratch { squares, cuts, pairs, corners, circles, lines, .. } = self;
         let [nx, ny, nz] = cuts.each_ref().map(Vec::len);
         for layer in corners.iter_mut() {
             make_room(layer, nx * ny, 2);
@@ -203,7 +203,7 @@ impl Room {
         });
     }
 
-    /// What a sphere of the given radius (m) has beyond each plane and each two of them.
+    /// Finds the parts of a sphere of the given radius (m) beyond each plane and each two of them.
     fn find_pairs(&mut self, radius: f64, planes: &[Vec<f64>; 3]) {
         for (cuts, planes) in self.cuts.iter_mut().zip(planes) {
             make_room(cuts, planes.len(), 1);
@@ -232,7 +232,7 @@ impl Room {
     /// them.
     fn find_circles(&mut self, radius: f64, planes: &[Vec<f64>; 3], axis: usize) {
         self.find_radii(radius, planes, axis);
-        let Room { circles, lines, .. } = self;
+        let Scratch { circles, lines, .. } = self;
         for (n, lines) in lines.iter_mut().enumerate() {
             let across = &planes[(axis + 1 + n) % 3];
             make_room(lines, circles.len() * across.len(), 2);

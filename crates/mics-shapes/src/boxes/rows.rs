@@ -1,5 +1,5 @@
-//! What a closed surface of flat convex faces encloses of the boxes of a lattice: its faces are cut
-//! by the planes once, and rows of boxes summed up from their ends.
+//! Parts that a closed surface of flat convex faces encloses of the boxes of a lattice: its faces
+//! are cut by the planes once, and rows of boxes summed up from their ends.
 //!
 //! ```text
 //!     row of boxes along x     V = sum over pieces of  integral of (x - x_i) n_x dA + h C_(i+1)
@@ -140,7 +140,7 @@ impl Rows {
         let nx = planes[0].len();
         let ny = planes[1].len() - 1;
         match axis {
-            // What lies before the first plane covers that.
+            // A piece before the first plane counts as covering it.
             0 => self.cut(planes, 1, piece, next),
             1 if next > 0 => self.cut(planes, 2, piece, row + nx * (next - 1)),
             2 if next > 0 => {
@@ -190,7 +190,7 @@ impl Rows {
     }
 }
 
-/// How many of the planes lie at a place (m) or below; they are about evenly apart.
+/// Number of the planes that lie at a place (m) or below; they are about evenly apart.
 #[inline]
 pub(crate) fn place(planes: &[f64], at: f64) -> usize {
     let [Some(first), Some(last)] = [planes.first(), planes.last()] else { return 0 };

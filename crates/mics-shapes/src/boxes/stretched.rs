@@ -1,5 +1,5 @@
-//! What an ellipsoid fills of the boxes of a lattice, in closed form: stretched to a ball of radius
-//! 1, in a lattice of parallelepipeds that share their faces.
+//! Parts that an ellipsoid fills of the boxes of a lattice, in closed form: stretched to a ball of
+//! radius 1, in a lattice of parallelepipeds that share their faces.
 //!
 //! ```text
 //!       .-----.          V = sum over faces of  integral of h/3 (1 - 1/|x|^3) dA
@@ -25,7 +25,7 @@ use std::f64::consts::TAU;
 /// their planes.
 const NEAR: f64 = 1e-3;
 
-/// What a face has in the ball: the integrals that count for volume and first moment.
+/// Integrals over the part of a face in the ball that count for volume and first moment.
 #[derive(Clone, Copy, Debug, Default)]
 struct Face {
     volume: f64,
@@ -125,8 +125,8 @@ impl Pieces {
     }
 }
 
-/// What the ball has of a parallelogram in a plane `h` above its centre, of which the corners are
-/// given from the disc's centre, counterclockwise.
+/// Integrals over the part in the ball of a parallelogram in a plane `h` above its centre, of which
+/// the corners are given from the disc's centre, counterclockwise.
 fn face(h: f64, corners: &[Vector2<f64>; 4]) -> Face {
     let square = 1.0 - h * h;
     if square <= 0.0 {
@@ -164,7 +164,7 @@ fn face(h: f64, corners: &[Vector2<f64>; 4]) -> Face {
 /// The planes of the lattice that are normal to one of its axes, as the ball sees them.
 struct Family {
     normal: Vector3<f64>,
-    /// How far above the centre it is to the plane a metre along the axis (1/m).
+    /// Height above the centre of the plane a metre along the axis (1/m).
     height: f64,
     /// From the disc's centre in a plane to a place a metre along this axis, the next one and the
     /// last one (1/m).
@@ -196,9 +196,9 @@ struct Known {
     face: Face,
 }
 
-/// Room that is used again.
+/// Scratch that is used again.
 #[derive(Default)]
-struct Room {
+struct Scratch {
     body: Convex,
     /// Low faces along y of the next row, and along z of the next layer.
     rows: Vec<Known>,
@@ -206,7 +206,7 @@ struct Room {
 }
 
 thread_local! {
-    static ROOM: RefCell<Room> = RefCell::default();
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
 /// An ellipsoid in a lattice.
@@ -278,11 +278,11 @@ pub(crate) fn tile(half: &Vector3<f64>, lattice: &Lattice, found: &mut dyn FnMut
     let edges = [0, 1, 2].map(|a| to_ball.column(a).into_owned());
     let families = [0, 1, 2].map(|a| Family::new(&edges, a));
     let body = Stretched { planes, edges, families, back, density: 1.0 / half.product() };
-    ROOM.with_borrow_mut(|room| body.each(room, found));
+    SCRATCH.with_borrow_mut(|room| body.each(room, found));
 }
 
 impl Stretched<'_> {
-    fn each(&self, room: &mut Room, found: &mut dyn FnMut(&Tile)) {
+    fn each(&self, room: &mut Scratch, found: &mut dyn FnMut(&Tile)) {
         let [nx, ny, nz] = self.planes.each_ref().map(|planes| planes.len().saturating_sub(1));
         let none = Known { number: usize::MAX, face: Face::default() };
         for (known, n) in [(&mut room.rows, nx), (&mut room.layers, nx * ny)] {
@@ -305,13 +305,13 @@ impl Stretched<'_> {
         }
     }
 
-    /// What the ellipsoid has of a box.
+    /// Finds the part of a box that the ellipsoid fills.
     fn find(
         &self,
         at: [usize; 3],
         middle: &Vector3<f64>,
         half: &[Vector3<f64>; 3],
-        room: &mut Room,
+        room: &mut Scratch,
         last: &mut Known,
     ) -> Tile {
         let [i, j, k] = at;

@@ -6,14 +6,14 @@
 //!       '-v-'        face     the height of the point of the body that lies furthest down, where
 //!     ----+----               that is above the face, and else the least of its edges
 //! ```
-//! What is nearest of a polytope is found by going from a face to one beside it as long as that is
-//! nearer: a convex function has no other lowest point.
+//! The nearest point of a polytope is found by going from a face to one beside it as long as that
+//! is nearer: a convex function has no other lowest point.
 
 use crate::contact::near::{Foot, around};
 use crate::contact::part::{Core, Face, Polytope};
 use crate::contact::pose::Placed;
 use crate::surface::ellipsoid;
-use crate::surface::superquadric::Surface;
+use crate::surface::superquadric::SuperquadricSurface;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// Most steps along an edge, the longest of Newton's method (rad), and one that is the last.
@@ -31,23 +31,23 @@ pub(crate) struct Beside<'a> {
 enum Kind {
     /// By its half axes (m); that along z zero of an ellipse.
     Ellipsoid(Vector3<f64>),
-    Superquadric(Surface),
+    Superquadric(SuperquadricSurface),
 }
 
 impl<'a> Beside<'a> {
-    /// That of a core at its place; none of one that is not curved.
+    /// The curved body of a core at its place; none of a core that is not curved.
     pub fn new(placed: Placed<'a>) -> Option<Beside<'a>> {
         let kind = match placed.core {
             Core::Ellipsoid { half, .. } => Kind::Ellipsoid(*half),
             Core::Superquadric { half, exponents, .. } => {
-                Kind::Superquadric(Surface::new(*half, *exponents))
+                Kind::Superquadric(SuperquadricSurface::new(*half, *exponents))
             }
             Core::Point | Core::Polytope(_) => return None,
         };
         Some(Beside { placed, kind })
     }
 
-    /// The point of a simplex, that of a face with this outward normal, which is nearest (m).
+    /// The nearest point of a simplex (m), which is that of a face with this outward normal.
     pub fn foot(&self, simplex: &[Vector3<f64>], normal: &Vector3<f64>) -> Foot {
         match simplex {
             [corner] => self.corner(corner),
@@ -56,8 +56,8 @@ impl<'a> Beside<'a> {
         }
     }
 
-    /// The same of a face, where it may be nearer than `best` (m, not negative): `None` where the
-    /// body lies that far above its plane, or where what lies below that is out of its reach.
+    /// The nearest point of a face that may be nearer than `best` (m, not negative): `None` where
+    /// the body lies that far above its plane, or where what lies below that is out of its reach.
     pub fn nearer(
         &self,
         simplex: &[Vector3<f64>],
@@ -102,7 +102,7 @@ impl<'a> Beside<'a> {
         Foot { gap: (own - foot).dot(&normal), up: -(turn * normal), place: *place }
     }
 
-    /// Of these corners, counterclockwise.
+    /// The nearest point of a face with these corners, counterclockwise.
     fn face(
         &self,
         count: usize,
@@ -141,7 +141,7 @@ impl<'a> Beside<'a> {
         })
     }
 
-    /// Of an edge with these ends (m), of a face with this normal, or zero.
+    /// The nearest point of an edge with these ends (m), of a face with this normal, or zero.
     fn edge(&self, a: &Vector3<f64>, b: &Vector3<f64>, normal: &Vector3<f64>) -> Foot {
         let length = (b - a).norm();
         let along = (b - a) / length;

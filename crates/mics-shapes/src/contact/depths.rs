@@ -15,8 +15,8 @@ pub struct Touch {
     pub gain: f64,
     /// In the middle of the overlap (m).
     pub place: Vector3<f64>,
-    /// How much D grows as the first turns against the second about the normal (m/rad), over S: a
-    /// force acts with this couple about the normal (N m, over N).
+    /// Growth of D as the first turns against the second about the normal (m/rad), over S: a force
+    /// acts with this couple about the normal (N m, over N).
     pub couple: f64,
     /// Radius of the patch (m): how far its corners lie from the place, by their shares.
     pub spread: f64,
@@ -60,7 +60,7 @@ impl Patch {
     /// The overlap over the depth that others are counted in.
     fn root(&self) -> f64 {
         if self.exponent == f64::from(POWER) {
-            // Of the power 8.
+            // Eighth root, for the power 8.
             self.power.sqrt().sqrt().sqrt()
         } else {
             self.power.powf(1.0 / self.exponent)

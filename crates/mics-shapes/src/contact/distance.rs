@@ -21,7 +21,7 @@ pub fn closest(a: &Part, at: &Pose, b: &Part, to: &Pose, guess: &Vector3<f64>) -
     closest_of([a, b], &[Placed::new(a, at), Placed::new(b, to)], guess)
 }
 
-/// The same of parts at their places.
+/// The nearest points of two parts at their places; `guess` and `None` as of [`closest`].
 pub(crate) fn closest_of(
     [a, b]: [&Part; 2],
     cores: &[Placed<'_>; 2],

@@ -24,7 +24,7 @@ const SHARP: f64 = 1e-3;
 pub struct Mesh {
     dimension: usize,
     corners: Vec<Vector3<f64>>,
-    /// Of each corner, whether it is sharp.
+    /// Whether each corner is sharp.
     sharp: Vec<bool>,
     faces: Vec<Face>,
     tree: Bvh,
@@ -38,7 +38,7 @@ pub(crate) struct Face {
     pub corners: [u32; 3],
     /// Outward normal, of length 1.
     pub normal: Vector3<f64>,
-    /// Of the edge after each corner, whether it is sharp.
+    /// Whether the edge after each corner is sharp.
     pub sharp: [bool; 3],
     /// The number of the face that this one is a periodic image of, or its own.
     pub origin: u32,
@@ -60,8 +60,8 @@ pub(crate) fn bounds_of([a, b, c]: &[Vector3<f64>; 3]) -> Aabb {
 }
 
 impl Mesh {
-    /// Of triangles (3D), or of segments whose third corner repeats the second (2D), with the
-    /// numbers that contacts know them by, in a domain of this size (m).
+    /// A mesh of triangles (3D), or of segments whose third corner repeats the second (2D), with
+    /// the numbers that contacts know them by, in a domain of this size (m).
     pub(crate) fn new(
         dimension: usize,
         given: impl Iterator<Item = ([Vector3<f64>; 3], u32)>,
@@ -94,7 +94,7 @@ impl Mesh {
         mesh
     }
 
-    /// How many corners a face has: as many as dimensions.
+    /// Number of corners of a face: as many as dimensions.
     pub(crate) fn dimension(&self) -> usize {
         self.dimension
     }
@@ -126,7 +126,7 @@ impl Mesh {
         self.tree.intersect_aabb(&bounds).for_each(take);
     }
 
-    /// How far the corner of a face that another one lacks is beyond that one's plane (m).
+    /// Height (m) of the corner of the face `other` that `face` lacks above the plane of `face`.
     fn beyond(&self, face: usize, other: usize) -> f64 {
         let own = &self.faces[face];
         let apart = |k: &u32| (self.corner(*k) - self.corner(own.corners[0])).dot(&own.normal);

@@ -1,12 +1,12 @@
-//! Which of the first thousand things of a list something holds for, without a list.
+//! Flags of the first thousand items of a list, in a few words of memory.
 
-/// Most that are told apart: it may hold for all others.
+/// Number of items that are told apart: for all others the flag may be set.
 const MOST: usize = 1024;
 
 /// Flags by number.
 pub(crate) struct Flags {
     bits: [u64; MOST / 64],
-    /// How many are set.
+    /// Number of flags that are set.
     pub count: usize,
 }
 

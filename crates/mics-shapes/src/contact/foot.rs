@@ -7,7 +7,7 @@ use crate::contact::polytope;
 use crate::contact::pose::{Placed, Pose};
 use nalgebra::Vector3;
 
-/// That of the simplex with these corners (m) of a face with this normal, where the gap is less
+/// The foot on the simplex with these corners (m) of a face with this normal, where the gap is less
 /// than `most` (m).
 pub(crate) fn foot(
     part: &Part,

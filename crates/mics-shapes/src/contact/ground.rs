@@ -1,4 +1,4 @@
-//! How a convex part touches a region of the surface of an obstacle ([`crate::contact::region`]).
+//! Contact of a convex part with a region of an obstacle's surface ([`crate::contact::region`]).
 //!
 //! ```text
 //!   ball, smooth part   D by Euler's sum, p as the law's potential, which then is the sum of what
@@ -27,11 +27,11 @@ struct Above<'a> {
     region: &'a Region,
     part: &'a Part,
     pose: &'a Pose,
-    /// No gap is narrower by more since the faces were found (m).
+    /// Bound of the way by which any gap has narrowed since the faces were found (m).
     way: f64,
 }
 
-/// How a part of a body in this pose touches a region, in the axes of the surface: the place is
+/// Contact of a part of a body in this pose with a region, in the axes of the surface: the place is
 /// on the surface. `power` is p for parts that are no polytopes.
 pub fn touch_region(mesh: &Mesh, region: &Region, part: &Part, pose: &Pose, power: f64) -> Touch {
     let above = Above { mesh, region, part, pose, way: region.way(part, pose) };
@@ -69,7 +69,7 @@ impl Above<'_> {
         &face.corners[..self.mesh.dimension()]
     }
 
-    /// How a ball or a curved part touches.
+    /// Contact of a ball or a curved part.
     fn touch(&self, power: f64) -> Touch {
         let placed = Placed::new(self.part, self.pose);
         let mut patch = Patch::about(self.part.rounding, placed.place, power);
@@ -98,7 +98,7 @@ impl Above<'_> {
         self.whole(&patch).unwrap_or_else(|| self.single(&nearest))
     }
 
-    /// That of a simplex of a face with this normal, where the gap is less than `most` (m).
+    /// The foot on a simplex of a face with this normal, where the gap is less than `most` (m).
     fn foot_of(&self, simplex: &[Vector3<f64>], normal: &Vector3<f64>, most: f64) -> Option<Foot> {
         foot(self.part, self.pose, simplex, normal, most)
     }
@@ -174,7 +174,7 @@ impl Above<'_> {
         polytope.height(&back) - reach
     }
 
-    /// How a polytope is beside the region, of which nothing overlaps with it.
+    /// Contact of a polytope with the region, of which nothing overlaps with it.
     fn beside_polytope(&self, polytope: &Polytope, side: &Placed<'_>) -> Touch {
         let rounding = self.part.rounding;
         let (nearest, _) = self.find(|face, most| {

@@ -22,8 +22,8 @@ pub(crate) struct Foot {
     pub place: Vector3<f64>,
 }
 
-/// That of the simplex with these corners (m) of a face with this normal, for a ball about a place
-/// (m).
+/// The foot on the simplex with these corners (m) of a face with this normal, for a ball about a
+/// place (m).
 #[inline]
 pub(crate) fn foot_of_ball(
     middle: &Vector3<f64>,
@@ -113,12 +113,12 @@ pub(crate) fn around(corners: &[Vector3<f64>]) -> (Vector3<f64>, f64) {
 pub(crate) struct Crossing {
     /// On both (m).
     pub points: [Vector3<f64>; 2],
-    /// How often they count in a patch.
+    /// Weight with which they count in a patch.
     pub counts: f64,
 }
 
-/// Those of two edges by their ends (m), if they may be within a distance (m); `None` of parallel
-/// ones, of which the corners count.
+/// The nearest points of two edges by their ends (m), if they may be within a distance (m); `None`
+/// of parallel ones, of which the corners count.
 #[inline]
 pub(crate) fn crossing(
     one: &[Vector3<f64>; 2],
@@ -134,7 +134,7 @@ pub(crate) fn crossing(
     if (one[0] + one[1] - other[0] - other[1]).norm_squared() > reach * reach {
         return None;
     }
-    // Of the angle between them.
+    // Squared sine of the angle between them, times ee ff.
     let square = ee * ff - ef * ef;
     let counts = square / (square + PARALLEL * PARALLEL * ee * ff);
     if counts <= 0.01 {

@@ -7,12 +7,12 @@
 //!    ( +-------+ )       potential of the contact force
 //!     '---------'
 //! ```
-//! Of a body with sharp edges, or of a curved one, the core is the body less a thin skin, the
+//! The core of a body with sharp edges, or of a curved one, is the body less a thin skin, the
 //! rounding: its faces stay where they are, and its edges are rounded.
 
 use crate::contact::flags::Flags;
 use crate::contact::near::nearest_of_segment;
-use crate::surface::superquadric::Surface;
+use crate::surface::superquadric::SuperquadricSurface;
 use nalgebra::Vector3;
 
 /// Radius of a ball that contacts may press in as deep as into a skin (of its thickness): overlaps
@@ -107,7 +107,7 @@ pub struct Polytope {
 }
 
 impl Polytope {
-    /// Of these corners (m) and faces.
+    /// A polytope of these corners (m) and faces.
     pub fn new(corners: Vec<Vector3<f64>>, faces: Vec<Face>) -> Polytope {
         let mut sides: Vec<([u32; 2], u32)> = Vec::new();
         for (k, face) in faces.iter().enumerate().filter(|(_, face)| face.corners.len() > 2) {
@@ -132,12 +132,12 @@ impl Polytope {
         [self.corner(edge[0]), self.corner(edge[1])]
     }
 
-    /// How high a point is above a face (m).
+    /// Height of a point above a face (m).
     pub(crate) fn above(&self, face: &Face, point: &Vector3<f64>) -> f64 {
         (point - self.corner(face.corners[0])).dot(&face.normal)
     }
 
-    /// A distance that a point is not nearer than (m).
+    /// Lower bound of the signed distance of a point (m).
     pub(crate) fn height(&self, point: &Vector3<f64>) -> f64 {
         let heights = self.faces.iter().map(|face| self.above(face, point));
         heights.fold(f64::NEG_INFINITY, f64::max)
@@ -245,7 +245,7 @@ impl Core {
                 half.component_mul(&scaled) / scaled.norm() - *inset * n
             }
             Core::Superquadric { half, exponents, inset } => {
-                Surface::new(*half, *exponents).support(n) - *inset * n
+                SuperquadricSurface::new(*half, *exponents).support(n) - *inset * n
             }
             Core::Polytope(polytope) => {
                 let best = polytope.corners.iter().max_by(|a, b| a.dot(n).total_cmp(&b.dot(n)));
@@ -271,10 +271,10 @@ mod tests {
         let half = Vector3::new(1.0, 0.7, 0.4);
         let [p, q] = [4.0, 8.0];
         for n in directions() {
-            let x = Surface::new(half, [p, q]).support(&n).component_div(&half).abs();
+            let x = SuperquadricSurface::new(half, [p, q]).support(&n).component_div(&half).abs();
             let section = x.x.powf(q) + x.y.powf(q);
             assert!((section.powf(p / q) + x.z.powf(p) - 1.0).abs() < 1e-9, "{x} {section}");
-            let point = Surface::new(half, [p, q]).support(&n).component_div(&half);
+            let point = SuperquadricSurface::new(half, [p, q]).support(&n).component_div(&half);
             let outer = section.powf(p / q - 1.0);
             let slope = |x: f64, e: f64| x.abs().powf(e - 1.0).copysign(x);
             let gradient = Vector3::new(

@@ -1,4 +1,4 @@
-//! How far convex polygons and polyhedra are from points, from each other and from corners, edges
+//! Distances of convex polygons and polyhedra from points, from each other and from corners, edges
 //! and faces that stand fixed.
 //!
 //! ```text
@@ -25,13 +25,13 @@ const MOST: usize = 8;
 /// The nearest points of a corner and a core, or of two edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Feature {
-    /// Of the cores (m).
+    /// Distance of the cores (m).
     pub distance: f64,
     /// From the first to the second.
     pub normal: Vector3<f64>,
     /// On both cores (m).
     pub points: [Vector3<f64>; 2],
-    /// How often it counts in a patch.
+    /// Weight with which it counts in a patch.
     counts: f64,
 }
 
@@ -149,7 +149,7 @@ pub(crate) fn meet(
             }
             let best = nearest.filter(|nearest| nearest.distance <= feature.distance);
             nearest = Some(best.unwrap_or(feature));
-            // What overlaps counts, and the nearest of all.
+            // All that overlaps counts, and the nearest of all.
             bound.min(most.max(best.unwrap_or(feature).distance))
         });
         let Some(nearest) = nearest else { continue };

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 pub struct Pose {
     /// Its centre (m).
     pub place: Vector3<f64>,
-    /// What brings its own axes into those of the box.
+    /// Rotation from its own axes to those of the box.
     pub orientation: Orientation,
 }
 
@@ -25,7 +25,7 @@ pub struct Closest {
 }
 
 impl Closest {
-    /// The same of the two in the other order.
+    /// The nearest points of the two parts in the other order.
     pub(crate) fn turned(self) -> Closest {
         Closest { normal: -self.normal, points: [self.points[1], self.points[0]], ..self }
     }
@@ -36,7 +36,7 @@ impl Closest {
 pub(crate) struct Placed<'a> {
     pub core: &'a Core,
     pub orientation: &'a Orientation,
-    /// Of the core's origin (m).
+    /// Place of the core's origin (m).
     pub place: Vector3<f64>,
 }
 

@@ -9,14 +9,14 @@
 //! ```
 //! A ball touches a flat surface once, however many triangles that has: of the depths of faces,
 //! edges and corners (of all of each, by its nearest point) those of edges count against and those
-//! of corners for it, as in Euler's characteristic of what lies within the ball,
+//! of corners for it, as in Euler's characteristic of what lies within the ball:
 //!
 //! ```text
 //!   D^p = sum_faces d^p - sum_edges d^p + sum_corners d^p        corner: 1 - its edges + its faces
 //! ```
-//! of which is left: the nearest points of all places where the surface comes nearest, less the
-//! saddles between them. D changes smoothly as the ball goes from one face to the next, also
-//! where these make a hollow.
+//! This leaves the nearest points of all places where the surface comes nearest, less the saddles
+//! between them. D changes smoothly as the ball goes from one face to the next, also where these
+//! make a hollow.
 
 use crate::Orientation;
 use crate::contact::faces::{Face, Mesh};
@@ -34,7 +34,7 @@ const ALIKE: f64 = 0.866;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
     pub(crate) faces: Vec<Held>,
-    /// What edges and corners count in the sum, and sharp ones, which may touch a face of a part.
+    /// Edges and corners that count in the sum, and sharp ones, which may touch a face of a part.
     pub(crate) edges: Vec<Bound<[u32; 2]>>,
     pub(crate) corners: Vec<Bound<u32>>,
     /// Where the middle of the part was (m), and how it was turned, when they were found.
@@ -58,7 +58,7 @@ pub(crate) struct Held {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bound<T> {
     pub corners: T,
-    /// How often it counts.
+    /// Its factor in the sum.
     pub counts: f64,
     pub sharp: bool,
     /// Two of the faces that have it, by their place among those of the region; none of another
@@ -75,7 +75,7 @@ impl Region {
         self.middle + self.orientation * own
     }
 
-    /// How far no point of the part is from where it was when the faces were found (m).
+    /// Bound of the way of all points of the part since the faces were found (m).
     pub(crate) fn way(&self, part: &Part, pose: &Pose) -> f64 {
         let way = (pose.place + pose.orientation * part.place - self.middle).norm();
         if part.core == Core::Point {
@@ -106,12 +106,12 @@ impl Region {
     }
 }
 
-/// How near the faces are that are found (m).
+/// Distances within which faces are found (m).
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
     /// All of them, for the fluid in the gaps.
     pub all: f64,
-    /// Those that may be touched before faces are found anew: no bound of the gap will do.
+    /// Faces that may be touched before faces are found anew: a bound of their gap will not do.
     pub touched: f64,
 }
 
@@ -127,9 +127,9 @@ pub struct Regions {
 struct Scratch {
     /// Faces in reach, with gaps and directions, and then their regions.
     near: Vec<(f64, Vector3<f64>, u32)>,
-    /// Of each region, of its nearest face, the direction to the part and the normal.
+    /// Direction to the part and normal of the nearest face of each region.
     seeds: Vec<[Vector3<f64>; 2]>,
-    /// Of each face, its region and its place there.
+    /// Region and place there of each face.
     of: Vec<[u32; 2]>,
     /// Edges and corners of faces, with their regions.
     edges: Vec<(u32, Bound<[u32; 2]>)>,
@@ -267,7 +267,7 @@ fn is_behind(
     height < -reach || (middle - nearest(corners, middle)).norm() > before()
 }
 
-/// How far along each axis faces may be from the middle of a part that are within `reach` (m).
+/// Distances along the axes from the middle of a part that hold all faces within `reach` (m).
 fn extents(mesh: &Mesh, part: &Part, placed: &Placed<'_>, reach: f64) -> Vector3<f64> {
     if part.core == Core::Point {
         return Vector3::repeat(part.radius + reach);
@@ -282,7 +282,7 @@ fn extents(mesh: &Mesh, part: &Part, placed: &Placed<'_>, reach: f64) -> Vector3
     })
 }
 
-/// How far a point is from the nearest face that it lies in front of (m), if that is within a
+/// Distance (m) of a point from the nearest face that it lies in front of, if that is within a
 /// distance (m). A face that it lies behind and that is farther is the far side of a thin wall.
 fn nearest_front(mesh: &Mesh, point: &Vector3<f64>, within: f64) -> f64 {
     let mut least = f64::INFINITY;
@@ -306,7 +306,7 @@ fn find_edges(mesh: &Mesh, scratch: &mut Scratch, regions: &mut [Region]) {
     for ((.., face), [region, place]) in near.iter().zip(of.iter()) {
         let face = mesh.face(*face);
         let faces = [*place, ELSEWHERE];
-        // Those of a segment are its edges, as of a triangle.
+        // The corners of a segment count as the edges of a triangle do.
         let counts = if mesh.dimension() == 2 { -1.0 } else { 1.0 };
         for k in 0..mesh.dimension() {
             let [a, b] = [face.corners[k], face.corners[(k + 1) % 3]];

@@ -15,10 +15,10 @@ const TOLERANCE: f64 = 1e-6;
 /// Distance of cores, of the way between their middles, below which they overlap.
 pub(crate) const NONE: f64 = 1e-9;
 
-/// A corner: the support points of both bodies, and the numbers of the corners that they are.
+/// A corner: the support points of both bodies.
 #[derive(Clone, Copy, Debug, Default)]
 struct Corner {
-    /// Of the first and the second body (m).
+    /// Points of the first and the second body (m).
     points: [Vector3<f64>; 2],
 }
 
@@ -87,7 +87,7 @@ fn project(all: &[Corner; 4], set: usize) -> Option<(Vector3<f64>, Simplex)> {
                 if k < n { chosen.corners[k].way() - last } else { Vector3::zeros() }
             },
         );
-    // Of fewer than three edges the rest of the system says that their weights are zero.
+    // The rest of the system says that the weights of edges beyond the first n are zero.
     let gram = Matrix3::from_fn(|i, j| match i < n && j < n {
         true => edges[i].dot(&edges[j]),
         false => f64::from(u8::from(i == j)),

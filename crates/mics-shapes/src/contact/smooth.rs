@@ -16,7 +16,7 @@
 use crate::contact::part::Core;
 use crate::contact::pose::{Closest, Placed};
 use crate::contact::simplex::{self, NONE};
-use crate::surface::superquadric::Surface;
+use crate::surface::superquadric::SuperquadricSurface;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Most steps, and halvings of one.
@@ -31,7 +31,7 @@ const NEAREST: f64 = 1e-7;
 /// The surface of a curved body before its skin was taken off.
 struct Side<'a> {
     placed: &'a Placed<'a>,
-    surface: Surface,
+    surface: SuperquadricSurface,
     width: f64,
 }
 
@@ -40,7 +40,7 @@ struct Side<'a> {
 struct Point {
     place: Vector3<f64>,
     normal: Vector3<f64>,
-    /// How the normal turns along it (1/m).
+    /// Derivative of the normal along it (1/m).
     turn: Matrix3<f64>,
     /// The point of the core below it (m).
     core: Vector3<f64>,
@@ -53,7 +53,7 @@ impl<'a> Side<'a> {
             Core::Superquadric { half, exponents, .. } => (*half, *exponents),
             Core::Point | Core::Polytope(_) => return None,
         };
-        Some(Side { placed, surface: Surface::new(half, exponents), width: half.min() })
+        Some(Side { placed, surface: SuperquadricSurface::new(half, exponents), width: half.min() })
     }
 
     /// The point of it that lies in the direction of another one from the middle.

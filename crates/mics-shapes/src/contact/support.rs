@@ -43,7 +43,7 @@ struct Reached {
 }
 
 impl Support {
-    /// That of a core; none of another one.
+    /// The support of a core that is a point or an ellipsoid; none of another one.
     fn of(placed: &Placed<'_>) -> Option<Support> {
         match placed.core {
             Core::Point => Some(Support { axes: Matrix3::zeros(), inset: 0.0, flat: false }),
@@ -99,7 +99,7 @@ impl Seen {
         Seen { normal, gap: normal.dot(way) - sides[0].height - sides[1].height, sides }
     }
 
-    /// How far Newton's method turns the normal (rad), and whereto.
+    /// Change of the normal by a step of Newton's method (rad).
     fn turn(&self, pair: &[Support; 2], way: &Vector3<f64>) -> Vector3<f64> {
         let flat = pair[0].flat || pair[1].flat;
         let tangents = across(&self.normal, flat);

@@ -1,4 +1,4 @@
-//! How two convex parts touch: one overlap for all of a patch.
+//! Contact of two convex parts: one overlap for all of a patch.
 //!
 //! ```text
 //!      ____________        depths d_k > 0 at the corners of both faces, each by the distance of
@@ -9,15 +9,15 @@
 //! A law with the force Q(D) acts with Q S at x: that is the slope of its potential by the bodies'
 //! places, so that a flat contact keeps energy as a corner does, and of four corners at most
 //! 4^(1/p) times as stiff. All distances are those of whole bodies and edges, which change smoothly
-//! where a corner goes over the edge of a face ([`super::polytope`]). What forces along several
-//! normals leave about x is a couple about n, which the slope of D by turns says too.
+//! where a corner goes over the edge of a face ([`super::polytope`]). Forces along several normals
+//! leave a couple about n at x, which the slope of D by turns gives too.
 
 use crate::contact::depths::{POWER, Patch, Touch, mean};
 use crate::contact::distance::closest_of;
 use crate::contact::part::{Core, Part};
 use crate::contact::polytope::meet;
 use crate::contact::pose::{Closest, Placed, Pose};
-use crate::surface::superquadric::Surface;
+use crate::surface::superquadric::SuperquadricSurface;
 use nalgebra::Vector3;
 
 /// Part of the radius by which the gaps of several corners are one.
@@ -25,7 +25,7 @@ pub(crate) const SAME: f64 = 1e-6;
 /// Sine of the angle between a face and a contact's plane at which the contact is half as flat.
 const FLAT: f64 = 0.05;
 
-/// How two parts of bodies in these poses touch; `guess` is a direction from the first to the
+/// Contact of two parts of bodies in these poses; `guess` is a direction from the first to the
 /// second. `None` as of [`crate::closest`].
 pub fn touch(a: &Part, at: &Pose, b: &Part, to: &Pose, guess: &Vector3<f64>) -> Option<Touch> {
     let sides = [Placed::new(a, at), Placed::new(b, to)];
@@ -48,7 +48,7 @@ pub fn touch(a: &Part, at: &Pose, b: &Part, to: &Pose, guess: &Vector3<f64>) -> 
     })
 }
 
-/// How a part touches a plane with this normal away from the part's side, its points at
+/// Contact of a part with a plane with this normal away from the part's side, its points at
 /// `x.n = offset` (m).
 pub fn touch_plane(part: &Part, pose: &Pose, normal: &Vector3<f64>, offset: f64) -> Touch {
     let side = Placed::new(part, pose);
@@ -90,7 +90,7 @@ pub(crate) fn radius(part: &Part, side: &Placed<'_>, n: &Vector3<f64>) -> f64 {
             bend.min(part.radius + part.rounding)
         }
         Core::Superquadric { half, exponents, .. } => {
-            let bend = Surface::new(*half, *exponents).radius(&own);
+            let bend = SuperquadricSurface::new(*half, *exponents).radius(&own);
             bend.min(part.radius + part.rounding)
         }
         Core::Polytope(polytope) => {

@@ -26,7 +26,7 @@ pub struct Clump {
     seams: Vec<Seam>,
     /// Points of the surface on three spheres; in 2D on two circles (m).
     corners: Vec<Vector3<f64>>,
-    /// Of a clump in 2D its outline.
+    /// Outline of a clump in 2D.
     arcs: Vec<Arc>,
     parts: Vec<Part>,
     radius: f64,
@@ -41,8 +41,8 @@ thread_local! {
 }
 
 impl Clump {
-    /// Of balls with these centres and radii (m), discs in the plane z = 0 in two dimensions; it is
-    /// moved so that its centre of volume is the origin.
+    /// A clump of balls with these centres and radii (m), discs in the plane z = 0 in two
+    /// dimensions; it is moved so that its centre of volume is the origin.
     ///
     /// # Errors
     ///
@@ -72,7 +72,7 @@ impl Clump {
             );
             return Err(Fault(why));
         }
-        // What lies in another one adds nothing.
+        // A ball within another one adds nothing.
         let within = |k: usize| {
             let one = all[k];
             all.iter().enumerate().any(|(j, other)| {
@@ -247,8 +247,8 @@ impl Clump {
         Some(Nearest { distance: -way, normal })
     }
 
-    /// How much of a patch of the ball `k`'s surface, over a direction with an angle, is free, and
-    /// the direction of the middle of that.
+    /// Free share of a patch of the ball `k`'s surface, over a direction with an angle, and the
+    /// direction of its middle.
     fn free_part(&self, k: usize, direction: &Vector3<f64>, width: f64) -> (f64, Vector3<f64>) {
         let ball = &self.balls[k];
         let at = |n: &Vector3<f64>| ball.centre + ball.radius * n;

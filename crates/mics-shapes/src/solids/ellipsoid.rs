@@ -137,7 +137,7 @@ mod tests {
         }
         println!("feet off the ellipsoid: {worst:.1e}");
         assert!(worst < 1e-12, "{worst:e}");
-        // Of a prolate spheroid of the eccentricity e: 2 pi b^2 (1 + a/b asin(e)/e).
+        // Area of a prolate spheroid of the eccentricity e: 2 pi b^2 (1 + a/b asin(e)/e).
         let a = 1.0;
         let b = 0.5;
         let e = (1.0f64 - 0.25).sqrt();

@@ -5,7 +5,7 @@
 //!       -> contacts    its walls as faces                                  [`Mesh`]
 //!       -> fluid       the union with all fixed obstacles that it touches  [`surface`], [`union`]
 //! ```
-//! What an obstacle is in a periodic domain is its surface and all images of it.
+//! In a periodic domain an obstacle consists of its surface and all images of it.
 
 mod columns;
 mod surface;
@@ -20,7 +20,7 @@ use crate::{Fault, Lattice, Nearest, Part, Pose, Shape, SurfacePoint, Tile};
 use columns::Columns;
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
-use surface::Surface;
+use surface::ObstacleSurface;
 use walls::Across;
 
 /// A face: a triangle, counterclockwise seen from outside; in 2D a segment with the solid on its
@@ -29,7 +29,7 @@ type Face = [Vector3<f64>; 3];
 
 /// The domain that an obstacle stands in: a box from the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Room {
+pub struct Extent {
     /// Lengths (m); in 2D the third is not used.
     pub size: Vector3<f64>,
     /// Which axes are periodic.
@@ -41,7 +41,7 @@ pub struct Room {
 #[derive(Clone)]
 pub struct Obstacle {
     dimension: usize,
-    room: Room,
+    room: Extent,
     /// Its own closed surface, in the axes of the domain.
     given: Arc<[Face]>,
     /// Its own walls, each with the number of the given face that it is, or is an image of.
@@ -53,8 +53,8 @@ pub struct Obstacle {
     /// Its walls as contacts see them, from its own origin.
     faces: Mesh,
     /// Its own surface.
-    own: Arc<Surface>,
-    /// What the fluid meets.
+    own: Arc<ObstacleSurface>,
+    /// The solid that the fluid meets.
     met: Met,
     /// Width of its thinnest part there (m).
     thickness: f64,
@@ -66,12 +66,12 @@ pub struct Obstacle {
 /// The solid that the fluid meets: the obstacle itself, or its union with others.
 #[derive(Clone)]
 struct Met {
-    surface: Arc<Surface>,
+    surface: Arc<ObstacleSurface>,
     /// The obstacle's number among those of the union.
     number: u32,
     /// The part of the volume within the domain that belongs to the obstacle (m3; m2 in 2D).
     share: f64,
-    /// How far beyond the obstacle's bounds places may belong to it (m).
+    /// Distance beyond the obstacle's bounds within which places may belong to it (m).
     margin: f64,
 }
 
@@ -95,7 +95,7 @@ impl Obstacle {
     /// # Errors
     /// When there is no outline, one has fewer than three corners or crosses itself, or none of it
     /// is within the domain.
-    pub fn outlines(outlines: &[Vec<[f64; 2]>], room: &Room) -> Result<Obstacle, Fault> {
+    pub fn outlines(outlines: &[Vec<[f64; 2]>], room: &Extent) -> Result<Obstacle, Fault> {
         let mut faces = Vec::new();
         // All the other way round where that makes more solid than holes.
         let whole: f64 = outlines.iter().map(|outline| outline::area(outline)).sum();
@@ -121,15 +121,15 @@ impl Obstacle {
     ///
     /// # Errors
     /// When none of it is within the domain.
-    pub fn surface(triangles: &[Face], room: &Room) -> Result<Obstacle, Fault> {
+    pub fn surface(triangles: &[Face], room: &Extent) -> Result<Obstacle, Fault> {
         Obstacle::of(3, triangles.to_vec(), room)
     }
 
-    /// The same where it overlaps with itself: what it encloses counts once.
+    /// As [`Obstacle::surface`], where it overlaps with itself: what it encloses counts once.
     ///
     /// # Errors
     /// As [`Obstacle::surface`].
-    pub fn simplified(triangles: &[Face], room: &Room) -> Result<Obstacle, Fault> {
+    pub fn simplified(triangles: &[Face], room: &Extent) -> Result<Obstacle, Fault> {
         if !union::crosses_itself(triangles) {
             return Obstacle::surface(triangles, room);
         }
@@ -138,7 +138,7 @@ impl Obstacle {
         Obstacle::of(3, faces, room)
     }
 
-    fn of(dimension: usize, mut faces: Vec<Face>, room: &Room) -> Result<Obstacle, Fault> {
+    fn of(dimension: usize, mut faces: Vec<Face>, room: &Extent) -> Result<Obstacle, Fault> {
         walls::bring_into_period(&mut faces, room);
         let (surface, solid) = merged(dimension, &[&faces], room)?;
         let numbered = faces.iter().copied().zip(0..).collect();
@@ -179,8 +179,8 @@ impl Obstacle {
         self.met.share = volume;
     }
 
-    /// The same with its own origin at another place of the domain (m); along periodic axes that
-    /// has to be the middle.
+    /// The obstacle with its own origin at another place of the domain (m); along periodic axes
+    /// that has to be the middle.
     ///
     /// # Errors
     /// As [`Obstacle::surface`].
@@ -216,7 +216,7 @@ impl Obstacle {
                 let given: Vec<&[Face]> = given.iter().map(|faces| &**faces).collect();
                 let surface = Arc::new(merged(dimension, &given, &room)?.0);
                 let volume = within(&surface, dimension, &room).0;
-                // Of what several enclose the first has all.
+                // The first of several has all that they enclose together.
                 all[group[number]].met.share = volume - below;
                 below = volume;
                 for k in &group[..=number] {
@@ -316,7 +316,7 @@ impl Obstacle {
 }
 
 /// Volume of a surface within the domain (m3; m2 in 2D), and the integral of the place over that.
-fn within(surface: &Surface, dimension: usize, room: &Room) -> (f64, Vector3<f64>) {
+fn within(surface: &ObstacleSurface, dimension: usize, room: &Extent) -> (f64, Vector3<f64>) {
     let ends = |a: usize| vec![0.0, if a < dimension { room.size[a] } else { 0.0 }];
     let whole = (0..dimension).map(|a| room.size[a]).product::<f64>();
     let mut sum = (0.0, Vector3::zeros());
@@ -326,8 +326,12 @@ fn within(surface: &Surface, dimension: usize, room: &Room) -> (f64, Vector3<f64
     sum
 }
 
-/// What the fluid meets of closed surfaces in their periods (m), and whether that is a union.
-fn merged(dimension: usize, given: &[&[Face]], room: &Room) -> Result<(Surface, bool), Fault> {
+/// The surface of closed surfaces in their periods (m) that the fluid meets; whether it is a union.
+fn merged(
+    dimension: usize,
+    given: &[&[Face]],
+    room: &Extent,
+) -> Result<(ObstacleSurface, bool), Fault> {
     let axes = |a: usize| a < dimension && room.periodic[a];
     let beyond = |a: usize| {
         axes(a) && given.iter().any(|faces| walls::across(faces, a, room) == Across::Beyond)
@@ -349,7 +353,7 @@ fn merged(dimension: usize, given: &[&[Face]], room: &Room) -> Result<(Surface, 
     if is_union {
         all = union::union(dimension, &all)?;
     }
-    Ok((Surface::new(dimension, all, members, room, &has_images)?, is_union))
+    Ok((ObstacleSurface::new(dimension, all, members, room, &has_images)?, is_union))
 }
 
 impl Shape for Obstacle {
@@ -361,12 +365,12 @@ impl Shape for Obstacle {
         self.radius
     }
 
-    /// Of what lies within the domain and belongs to it.
+    /// Volume within the domain that belongs to it (m3; m2 in 2D).
     fn volume(&self) -> f64 {
         self.met.share
     }
 
-    /// An obstacle does not respond to forces: as of a ball that holds it.
+    /// Moments of a ball that holds the obstacle, which does not respond to forces.
     fn inertia(&self) -> Matrix3<f64> {
         Matrix3::from_diagonal_element(0.5 * self.volume() * self.radius * self.radius)
     }
@@ -404,7 +408,7 @@ impl Shape for Obstacle {
                 }));
             }
         }
-        let Room { size, periodic } = &self.room;
+        let Extent { size, periodic } = &self.room;
         // The two sides of a period are one.
         let within = |a: usize, x: f64| {
             let on = walls::ON_SIDE * size[a];

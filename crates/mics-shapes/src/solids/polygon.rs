@@ -38,8 +38,8 @@ pub struct Polygon {
 }
 
 impl Polygon {
-    /// Of these corners (m), in either order, with corners rounded to this radius (m); it is moved
-    /// so that its centre of volume is the origin.
+    /// A polygon of these corners (m), in either order, with corners rounded to this radius (m); it
+    /// is moved so that its centre of volume is the origin.
     ///
     /// # Errors
     ///
@@ -147,7 +147,7 @@ fn inset(corners: &[Vector2<f64>], way: f64) -> Vec<Vector2<f64>> {
     merged(left, 1e-9 * size)
 }
 
-/// What of a convex polygon (m) lies below a line, `n.x <= offset`.
+/// The part of a convex polygon (m) below a line, `n.x <= offset`.
 fn cut(corners: &[Vector2<f64>], n: &Vector2<f64>, offset: f64) -> Vec<Vector2<f64>> {
     let mut kept = Vec::with_capacity(corners.len() + 1);
     for (k, to) in corners.iter().enumerate() {

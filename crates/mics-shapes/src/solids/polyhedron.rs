@@ -7,8 +7,8 @@
 //!     ( +-------+ )       ball does not reach is rounded off.
 //!      '---------'
 //! ```
-//! Distances are exact. What a rounded one fills of boxes is that of a polyhedron with flat facets
-//! along its edges and corners, 22 degrees apart, whose volume is exact: Steiner's
+//! Distances are exact. Boxes see a rounded one as a polyhedron with flat facets along its edges
+//! and corners, 22 degrees apart, whose volume is exact: Steiner's
 //! `V + A r + sum of l phi r^2/2 + 4/3 pi r^3`, with l the length of an edge of the core and phi
 //! the angle between its faces' normals.
 
@@ -32,7 +32,7 @@ type Plane = (Vector3<f64>, f64);
 /// A convex polyhedron (3D).
 #[derive(Clone, Debug)]
 pub struct Polyhedron {
-    /// What boxes see, and what distances are from: the same where nothing is rounded.
+    /// The solid that boxes see, and the core of a rounded one, which distances are from.
     solid: Facets,
     core: Option<Facets>,
     rounding: f64,
@@ -116,7 +116,7 @@ impl Polyhedron {
         self.hull_excess
     }
 
-    /// How many faces it has, the coplanar ones as one and without those of rounded edges.
+    /// Number of its faces, the coplanar ones as one and without those of rounded edges.
     pub fn face_count(&self) -> usize {
         self.core.as_ref().unwrap_or(&self.solid).faces().len()
     }
@@ -193,7 +193,7 @@ fn moved(planes: &[Plane], shift: &Vector3<f64>) -> Vec<Plane> {
     planes.iter().map(|(n, at)| (*n, at + n.dot(shift))).collect()
 }
 
-/// What lies below all of these planes, moved in by a way (m); none where nothing does.
+/// The polyhedron below all of these planes, moved in by a way (m); none where it is empty.
 fn between(planes: &[Plane], way: f64) -> Option<Convex> {
     let size = planes.iter().map(|(_, at)| at.abs()).fold(0.0, f64::max);
     let mut body = Convex::with_capacity(2 * planes.len() + 8);
@@ -295,7 +295,7 @@ fn bevelled(core: &Facets, r: f64, volume: f64) -> Convex {
         ends = [ends[1], body(high).moments().0 - volume];
     }
     let mut whole = body(high);
-    // Of a nearly smooth body the faces alone are the facets.
+    // A nearly smooth body has no facets but its faces: they are scaled to its volume.
     whole.scale((volume / whole.moments().0).cbrt());
     whole
 }

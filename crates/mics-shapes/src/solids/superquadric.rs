@@ -2,15 +2,14 @@
 //! box.
 //!
 //! Distances are those from its surface ([`crate::surface::superquadric`]).
-//! What it fills of boxes is that of a polyhedron of some 1,200 faces that touch it, shrunk to its
-//! volume, which is exact. Its faces are within 0.2 % of the half axes of the true surface, its
-//! corners within 2 %.
+//! Boxes see a polyhedron of some 1,200 faces that touch it, shrunk to its volume, which is exact.
+//! Its faces are within 0.2 % of the half axes of the true surface, its corners within 2 %.
 
 use crate::boxes::convex::Convex;
 use crate::surface::ellipsoid::skin;
 use crate::surface::facets::Facets;
 use crate::surface::patches;
-use crate::surface::superquadric::Surface;
+use crate::surface::superquadric::SuperquadricSurface;
 use crate::{Core, Fault, Lattice, Nearest, Part, Shape, SurfacePoint, Tile};
 use libm::tgamma;
 use nalgebra::{Matrix3, Vector3};
@@ -24,7 +23,7 @@ const OFF: f64 = 0.02;
 /// A superquadric (3D).
 #[derive(Clone, Debug)]
 pub struct Superquadric {
-    surface: Surface,
+    surface: SuperquadricSurface,
     facets: Facets,
     radius: f64,
     volume: f64,
@@ -48,7 +47,7 @@ impl Superquadric {
         }
         let half = 0.5 * Vector3::from(axes);
         let [p, q] = exponents;
-        let surface = Surface::new(half, exponents);
+        let surface = SuperquadricSurface::new(half, exponents);
         let (volume, inertia) = moments(&half, p, q);
         let facets = touching(&surface, volume);
         let inset = skin(half.min(), 0.9 / surface.sharpest());
@@ -66,10 +65,10 @@ impl Superquadric {
 
 /// Volume (m3) and moments of inertia (m5), by Dirichlet's integrals.
 fn moments(half: &Vector3<f64>, p: f64, q: f64) -> (f64, Matrix3<f64>) {
-    // Of |x|^q + |y|^q < 1 the integral of x^(m - 1) y^(n - 1) over a quarter.
+    // Integral of x^(m - 1) y^(n - 1) over a quarter of |x|^q + |y|^q < 1.
     let section =
         |m: f64, n: f64| tgamma(m / q) * tgamma(n / q) / (q * q * tgamma(1.0 + (m + n) / q));
-    // Of z^(m - 1) (1 - z^p)^(n/p) from 0 to 1.
+    // Integral of z^(m - 1) (1 - z^p)^(n/p) from 0 to 1.
     let along =
         |m: f64, n: f64| tgamma(m / p) * tgamma(n / p + 1.0) / (p * tgamma((m + n) / p + 1.0));
     let whole = 8.0 * half.product();
@@ -82,7 +81,7 @@ fn moments(half: &Vector3<f64>, p: f64, q: f64) -> (f64, Matrix3<f64>) {
 
 /// A polyhedron of faces that touch it, spread evenly over places and over directions, shrunk to
 /// this volume (m3).
-fn touching(surface: &Surface, volume: f64) -> Facets {
+fn touching(surface: &SuperquadricSurface, volume: f64) -> Facets {
     let half = surface.half;
     let axes = (0..6).map(|k| Vector3::ith(k % 3, if k < 3 { 1.0 } else { -1.0 }));
     let even = patches::directions(FACES).map(|(n, _)| n);
@@ -154,7 +153,7 @@ impl Shape for Superquadric {
         self.surface.support(n).dot(n)
     }
 
-    /// Of second order, see the top; the whole volume is exact.
+    /// Accurate to second order, see the top; the whole volume is exact.
     fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
         self.facets.tile(lattice, found);
     }

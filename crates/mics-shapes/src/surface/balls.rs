@@ -39,7 +39,7 @@ pub fn radical_plane(one: &Ball, other: &Ball) -> (Vector3<f64>, f64) {
     let way = other.centre - one.centre;
     let distance = way.norm();
     if distance == 0.0 {
-        // Of balls about one centre the smaller ones have been dropped.
+        // The smaller ones of balls about one centre have been dropped.
         return (Vector3::x(), f64::MAX);
     }
     let n = way / distance;

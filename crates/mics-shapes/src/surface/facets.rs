@@ -68,8 +68,8 @@ pub struct Facets {
 }
 
 impl Facets {
-    /// Those of a polyhedron; corners that are one are merged, and faces that then have no area are
-    /// left out.
+    /// The facets of a polyhedron; corners that are one are merged, and faces that then have no
+    /// area are left out.
     pub fn new(body: &Convex) -> Facets {
         let size = body.corners().iter().map(|corner| corner.norm()).fold(0.0, f64::max);
         let mut corners: Vec<Vector3<f64>> = Vec::new();
@@ -136,7 +136,7 @@ impl Facets {
         &self.edges[face.first as usize..(face.first + face.count) as usize]
     }
 
-    /// How far it reaches in a direction (m).
+    /// Extent from the origin in a direction (m).
     pub fn extent(&self, n: &Vector3<f64>) -> f64 {
         self.corners.iter().map(|corner| corner.dot(n)).fold(f64::NEG_INFINITY, f64::max)
     }
@@ -245,7 +245,7 @@ impl Facets {
         Nearest { distance, normal: self.faces[face].normal }
     }
 
-    /// As [`super::Shape::tile`].
+    /// As [`crate::Shape::tile`].
     pub fn tile(&self, lattice: &Lattice, found: &mut dyn FnMut(&Tile)) {
         let place = |corner: u32| lattice.place(&self.corners[corner as usize]);
         rows::tile(lattice.planes, found, |rows| {
@@ -293,7 +293,7 @@ impl Facets {
         all
     }
 
-    /// Those of the faces that may be the highest for a point of a cell that lies inside; all of
+    /// The faces of `near` that may be the highest for a point of a cell that lies inside; all of
     /// them where the surface may pass. Heights over two planes differ evenly from place to place.
     fn highest_within(
         &self,

@@ -4,8 +4,8 @@ use crate::SurfacePoint;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// How many equal angles a face of a cube needs each way for patches of a sphere of this radius (m)
-/// that are about `spacing` (m) wide.
+/// Number of equal angles that a face of a cube needs each way for patches of a sphere of this
+/// radius (m) that are about `spacing` (m) wide.
 pub fn divisions(radius: f64, spacing: f64) -> usize {
     ((4.0 * PI / 3.0).sqrt() * radius / spacing).ceil().max(1.0) as usize
 }
@@ -24,7 +24,7 @@ fn on_sphere(face: usize, [i, j]: [f64; 2], n: usize) -> Vector3<f64> {
 /// faces of a cube, `n` each way, as symmetric as a grid.
 pub fn directions(n: usize) -> impl Iterator<Item = (Vector3<f64>, f64)> {
     let slope = move |i: f64| (FRAC_PI_2 * (i / n as f64 - 0.5)).tan();
-    // What the origin sees of a rectangle on the face, from its middle to here.
+    // Solid angle of a rectangle on the face, from its middle to here, as seen from the origin.
     let seen = |x: f64, y: f64| (x * y / (1.0 + x * x + y * y).sqrt()).atan();
     (0..6 * n * n).map(move |k| {
         let face = k / (n * n);

@@ -30,10 +30,10 @@ pub type Triangle = [Vector3<f64>; 3];
 
 /// A closed surface.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Surface {
+pub struct ClosedSurface {
     /// Its triangles, corners counterclockwise seen from outside (m).
     pub triangles: Vec<Triangle>,
-    /// What was corrected on the way, in words for the user.
+    /// Corrections made on the way, in words for the user.
     pub notes: Vec<String>,
 }
 
@@ -117,7 +117,7 @@ fn text(text: &str) -> Result<Vec<Triangle>, Fault> {
 ///
 /// There are no triangles, a corner is no place, the surface is open, triangles disagree about
 /// which side is outside, or it holds no volume.
-pub fn closed(mesh: Vec<Triangle>) -> Result<Surface, Fault> {
+pub fn closed(mesh: Vec<Triangle>) -> Result<ClosedSurface, Fault> {
     if mesh.is_empty() {
         return Err(Fault("has no triangles".to_owned()));
     }
@@ -184,7 +184,7 @@ fn orient(
     mut triangles: Vec<Triangle>,
     size: f64,
     mut notes: Vec<String>,
-) -> Result<Surface, Fault> {
+) -> Result<ClosedSurface, Fault> {
     let volume = volume(&triangles);
     if volume.abs() <= 1e-9 * size.powi(3) {
         return Err(Fault(format!("the surface holds no volume: {volume:e} m3")));
@@ -193,7 +193,7 @@ fn orient(
         triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
         notes.push("the surface was inside out, and has been turned".to_owned());
     }
-    Ok(Surface { triangles, notes })
+    Ok(ClosedSurface { triangles, notes })
 }
 
 /// Volume that a closed surface holds (m3).

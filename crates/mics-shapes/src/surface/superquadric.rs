@@ -13,7 +13,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Its surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Surface {
+pub(crate) struct SuperquadricSurface {
     /// Half axes (m).
     pub half: Vector3<f64>,
     p: f64,
@@ -25,10 +25,10 @@ fn power(x: f64, exponent: f64) -> f64 {
     if exponent.fract() == 0.0 { x.powi(exponent as i32) } else { x.powf(exponent) }
 }
 
-impl Surface {
+impl SuperquadricSurface {
     /// With these half axes (m) and the exponents p and q.
-    pub(crate) fn new(half: Vector3<f64>, [p, q]: [f64; 2]) -> Surface {
-        Surface { half, p, q }
+    pub(crate) fn new(half: Vector3<f64>, [p, q]: [f64; 2]) -> SuperquadricSurface {
+        SuperquadricSurface { half, p, q }
     }
 
     /// The point that lies furthest in the direction `n` (m): by Hoelder's inequality, with the
@@ -79,7 +79,7 @@ impl Surface {
         let at = x.component_div(&self.half);
         let part = at.abs();
         let section = power(power(part.x, q) + power(part.y, q), 1.0 / q);
-        // Of the section by itself.
+        // Place in the section over its size; where that is zero, one with equal parts.
         let even = 0.5f64.powf(1.0 / q);
         let u = if section > 0.0 {
             Vector2::new(part.x, part.y) / section

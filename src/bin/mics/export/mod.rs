@@ -20,11 +20,11 @@ use std::path::{Path, PathBuf};
 
 /// Says what the system is, and that the folder is one of ours.
 const MARK: &str = "system.json";
-/// What is written beside it; each but the first in MatrixMarket's text and in PETSc's binary form.
+/// Files beside it; each but the first in MatrixMarket's text and in PETSc's binary form.
 const README: &str = "README.md";
 const MATRICES: [&str; 7] = ["A", "A_fluid", "J", "w", "b", "x", "null"];
 
-/// What `mics export-system` was told.
+/// Command line of `mics export-system`.
 #[derive(Args)]
 pub struct Request {
     #[command(flatten)]
@@ -221,7 +221,7 @@ impl About<'_> {
         })
     }
 
-    /// What the program says on the screen.
+    /// Words for the screen.
     fn words(&self, out: &Path) -> String {
         let Exported { system, step, time, .. } = self.exported;
         format!(
@@ -238,7 +238,7 @@ impl About<'_> {
         )
     }
 
-    /// How many nonzeros the matrices have, in words.
+    /// Numbers of nonzeros of the matrices, in words.
     fn nonzeros(&self) -> String {
         let system = &self.exported.system;
         let whole = match &self.whole {
@@ -251,7 +251,7 @@ impl About<'_> {
         format!("A {whole}, A_fluid {fluid}, J {of_factors} in {columns} columns")
     }
 
-    /// How the run solved it, in words.
+    /// The run's own solve of it, in words.
     fn own_solve(&self) -> String {
         let OwnSolve { rtol, atol, outcome } = &self.exported.system.own;
         let absolute = if *atol > 0.0 { format!(" or is {atol:.3e}") } else { String::new() };

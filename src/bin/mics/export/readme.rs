@@ -4,7 +4,7 @@ use super::About;
 use mics::run::{BodiesInBox, Exported};
 use mics_run::words::rounded;
 
-/// What the system is, its files, and how to read and solve it.
+/// Text of the page: the system, its files, and how to read and solve it.
 const PAGE: &str = include_str!("readme.md");
 
 /// The page.

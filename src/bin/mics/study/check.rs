@@ -203,7 +203,7 @@ fn check_axis(study: &Study, index: usize, axis: &Axis) -> Check {
         .try_for_each(|(k, c)| overrides(&format!("{key}.choices.{k}.set"), &c.set))
 }
 
-/// What is kept must be there, so that a typing error does not empty the study.
+/// Labels that are kept must be there, so that a typing error does not empty the study.
 fn check_kept(study: &Study) -> Check {
     for (name, kept) in &study.quick.keep {
         for (index, value) in kept.iter().enumerate() {

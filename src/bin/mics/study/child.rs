@@ -13,7 +13,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
-/// How a run ended.
+/// End of a run, and what it left.
 pub struct Outcome {
     /// `done`, `failed`, `refused`, `too slow` or `interrupted`.
     pub status: &'static str,
@@ -26,14 +26,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// That of a run that was not even tried, or left nothing.
+    /// The end of a run that was not even tried, or left nothing.
     pub fn refused(message: &str) -> Outcome {
         let commit = crate::COMMIT.to_owned();
         Outcome { status: "refused", message: message.into(), summary: Value::Null, commit }
     }
 }
 
-/// What a summary says in doubt of its run: of PETSc options that nothing used, say.
+/// Doubts about a run in its summary: PETSc options that nothing used, say.
 fn notes(summary: &Value) -> String {
     let notes = summary["notes"].as_array();
     notes.into_iter().flatten().filter_map(Value::as_str).collect::<Vec<_>>().join("; ")
@@ -44,7 +44,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&text).unwrap_or_default()
 }
 
-/// What a folder holds of this very run, finished earlier: the same case, PETSc options and ranks.
+/// End of this very run in a folder, finished earlier: the same case, PETSc options and ranks.
 /// `None` if it is to be run.
 pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
     let summary = json(&folder.join("summary.json"));
@@ -70,9 +70,9 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 /// Time between two looks whether a run has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// What asks a run over its limit to end, one after another: to stop after its step, to stop at
-/// once, and what leaves no choice; mpirun hands the first on to its ranks, and ends them with the
-/// second.
+/// Signals that ask a run over its limit to end, one after another: to stop after its step, to stop
+/// at once, and one that leaves no choice; mpirun hands the first on to its ranks, and ends them
+/// with the second.
 const ENDINGS: [Signal; 3] = [Signal::USR1, Signal::TERM, Signal::KILL];
 /// Time that each of them is given.
 const GRACE: Duration = Duration::from_secs(3);
@@ -119,7 +119,7 @@ fn wait(
     Ok((output, asked > 0))
 }
 
-/// How far a run was that was ended for its limit.
+/// Words on a run that was ended for its limit, with how far it was.
 fn too_slow(folder: &Path, limit: Duration) -> String {
     let reached = progress::Record::newest(folder).filter(|record| record.step > 0);
     let reached = reached.map_or("no step recorded".to_owned(), |record| {
@@ -128,8 +128,8 @@ fn too_slow(folder: &Path, limit: Duration) -> String {
     format!("ended after {} s, {reached} (limit_seconds)", limit.as_secs_f64())
 }
 
-/// Runs it into a folder, and waits for it, for the `limit` at most; `name` is what its progress is
-/// said of.
+/// Runs it into a folder, and waits for it, for the `limit` at most; lines of its progress begin
+/// with `name`.
 ///
 /// # Errors
 /// When this program cannot be started. A run that fails is an outcome.
@@ -150,7 +150,7 @@ pub fn run(run: &Planned, folder: &Path, name: &str, limit: Option<Duration>) ->
     command.arg("run").arg(&run.case).args(["--quiet", "--force", "--out"]).arg(folder);
     command.args((run.ranks == 1).then_some(["--ranks", &ranks]).into_iter().flatten());
     add_choices(command, run);
-    // What an earlier try left must not be taken for this one's.
+    // Files that an earlier try left must not be taken for this one's.
     for file in ["summary.json", progress::FILE] {
         match fs::remove_file(folder.join(file)) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
@@ -202,7 +202,7 @@ fn add_choices(command: &mut Command, run: &Planned) {
     }
 }
 
-/// What a run says of its failure, without what the study says anyway.
+/// Words of a run on its failure, without what the study says anyway.
 fn words(run: &Planned, stderr: &[u8]) -> String {
     let said = String::from_utf8_lossy(stderr);
     let words = said.lines().find_map(|line| line.strip_prefix("error: "));

@@ -3,9 +3,9 @@
 /// A column of numbers, costs and counts of a run.
 struct Number {
     name: &'static str,
-    /// What heads of tables say.
+    /// Name in heads of tables.
     head: &'static str,
-    /// What the axis of a figure says.
+    /// Label of the axis of a figure.
     axis: &'static str,
 }
 
@@ -63,12 +63,12 @@ pub const USUAL: [&str; 7] = [
     "peak_memory_bytes",
 ];
 
-/// A column as heads of tables and axes of figures have it.
+/// A column as heads of tables have it.
 pub fn head(column: &str) -> &str {
     NUMBERS.iter().find(|number| number.name == column).map_or(column, |number| number.head)
 }
 
-/// What the axis of a figure of a column of numbers says.
+/// Label of the axis of a figure of a column of numbers.
 pub fn axis(column: &str) -> &'static str {
     NUMBERS.iter().find(|number| number.name == column).map_or("", |number| number.axis)
 }

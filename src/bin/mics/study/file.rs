@@ -14,7 +14,7 @@ pub struct Study {
     pub name: String,
     /// The case file, from the study file's folder.
     pub case: PathBuf,
-    /// How often each run is repeated; times are medians.
+    /// Number of times that each run is done; times are medians.
     #[serde(default = "one")]
     pub repeats: usize,
     /// Numbers of ranks; every run is done on each.
@@ -22,7 +22,7 @@ pub struct Study {
     pub ranks: Vec<usize>,
     /// Wall-clock time that a run may take (s): one that takes longer is ended, and `too slow`.
     pub limit_seconds: Option<f64>,
-    /// What runs are that are not done, to the one who asks how the study ended.
+    /// Status with which a study ends that has runs which are not done.
     #[serde(default)]
     pub failures: Failures,
     /// The columns of `study.csv` that `study.md` has besides labels, measures and status.
@@ -36,36 +36,36 @@ pub struct Study {
     /// PETSc options of every run.
     #[serde(default)]
     pub petsc: String,
-    /// What is varied: the product of all axes is run.
+    /// Axes that are varied: the product of all is run.
     #[serde(default)]
     pub axis: Vec<Axis>,
     /// Runs besides the product, one by one.
     #[serde(default)]
     pub row: Vec<Listed>,
-    /// What measures are compared with.
+    /// References that measures are compared with.
     #[serde(default)]
     pub reference: Vec<Reference>,
-    /// What is summed up besides, as `spread.md`.
+    /// Columns over which all is summed up besides, as `spread.md`.
     pub spread: Option<Spread>,
     /// Columns laid out over two labels, as `cross.md`.
     #[serde(default)]
     pub cross: Vec<Cross>,
-    /// How the figures group the runs.
+    /// Groups of the runs in the figures.
     #[serde(default)]
     pub plot: Plot,
-    /// What `--quick` changes.
+    /// Changes by `--quick`.
     #[serde(default)]
     pub quick: Quick,
 }
 
-/// What a study is that has runs which are refused, fail or are too slow.
+/// Status with which a study ends that has runs which are refused, fail or are too slow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Failures {
-    /// One that ends with status 1, the default.
+    /// Status 1, the default.
     #[default]
     Error,
-    /// A success: a failure is a result.
+    /// Status 0: a failure is a result.
     Rows,
 }
 
@@ -89,7 +89,7 @@ pub struct Axis {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
-    /// What its column says.
+    /// Label in the axis's column.
     pub label: String,
     /// Overrides, by dotted key in quotes.
     #[serde(default)]
@@ -103,7 +103,7 @@ pub struct Choice {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Listed {
-    /// What its columns say, by their names.
+    /// Labels in its columns, by their names.
     pub labels: Table,
     /// Another case file than the study's.
     pub case: Option<PathBuf>,
@@ -115,7 +115,7 @@ pub struct Listed {
     pub petsc: String,
 }
 
-/// What a measure is compared with.
+/// Reference that a measure is compared with.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {
@@ -151,8 +151,8 @@ pub struct Cross {
     pub across: String,
 }
 
-/// What is summed up over some columns: the range, mean, worst and mean error of every measure in
-/// the runs that differ in nothing else.
+/// Summary over some columns: the range, mean, worst and mean error of every measure in the runs
+/// that differ in nothing else.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spread {
@@ -160,7 +160,7 @@ pub struct Spread {
     pub over: Vec<String>,
 }
 
-/// How the figures group the runs.
+/// Groups of the runs in the figures.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Plot {
@@ -170,7 +170,7 @@ pub struct Plot {
     pub each: Vec<String>,
     /// The columns of `study.csv` that have a figure, over cells or what is varied.
     pub costs: Vec<String>,
-    /// What others paid for their errors.
+    /// Errors of other programs, and their costs.
     pub others: Vec<Others>,
 }
 
@@ -184,17 +184,17 @@ pub struct Others {
     pub file: PathBuf,
     /// The column that says whose a point is.
     pub label: String,
-    /// That of the CPU time (s).
+    /// The column of the CPU time (s).
     pub cpu: String,
-    /// That of the error (% where errors are parts of a reference).
+    /// The column of the error (% where errors are parts of a reference).
     pub error: String,
 }
 
-/// What `--quick` changes.
+/// Changes by `--quick`.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Quick {
-    /// How often each run is repeated.
+    /// Number of times that each run is done.
     pub repeats: Option<usize>,
     /// Numbers of ranks.
     pub ranks: Option<Vec<usize>>,
@@ -236,7 +236,7 @@ impl Study {
 }
 
 impl Axis {
-    /// What its column says, choice by choice.
+    /// Labels in its column, value by value and choice by choice.
     pub fn labels(&self) -> Vec<String> {
         let choices = self.choices.iter().map(|choice| choice.label.clone());
         self.values.iter().map(label).chain(choices).collect()

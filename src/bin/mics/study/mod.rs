@@ -37,7 +37,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use table::Table;
 
-/// What `mics study` was told.
+/// Command line of `mics study`.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Request {
     /// The study file (TOML).
@@ -48,7 +48,7 @@ pub struct Request {
     /// List the runs without running them.
     #[arg(long)]
     pub list: bool,
-    /// What the file's [quick] makes of it, into NAME-quick.
+    /// Run the study as the file's [quick] changes it, into NAME-quick.
     #[arg(long)]
     pub quick: bool,
     /// Repeat the runs that are finished.
@@ -130,8 +130,8 @@ fn report(
     Ok(())
 }
 
-/// Says of which runs that are done something is in doubt, and which are not done: as the study's
-/// error, unless failures are results.
+/// Names the runs that are done and in doubt, and those that are not done: as the study's error,
+/// unless failures are results.
 fn end(study: &Study, plan: &Plan, outcomes: &[Vec<Outcome>]) -> Result<()> {
     for (run, outcomes) in plan.runs.iter().zip(outcomes) {
         let remark = outcomes.last().filter(|o| o.status == "done" && !o.message.is_empty());

@@ -14,19 +14,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use toml::Table;
 
-/// What a study runs.
+/// The runs of a study, and what they are compared with.
 pub struct Plan {
     /// The names of the columns that tell runs apart.
     pub names: Vec<String>,
     /// The runs, in their order.
     pub runs: Vec<Planned>,
-    /// What measures are compared with.
+    /// References that measures are compared with.
     pub references: Vec<Compared>,
-    /// What others paid for their errors.
+    /// Errors of other programs, and their costs.
     pub others: Vec<Others>,
 }
 
-/// What a choice of an axis, or a listed row, adds to a run.
+/// Additions to a run by a choice of an axis, or by a listed row.
 #[derive(Clone, Default)]
 struct Draft {
     labels: BTreeMap<String, String>,
@@ -148,7 +148,7 @@ impl Plan {
     /// with a value that is refused is no error: its runs are refused.
     pub fn new(study: &Study, text: &Text) -> Result<Plan> {
         let beside = |path: &Path| text.file.parent().unwrap_or(Path::new("")).join(path);
-        // What a study has no use for unless it asks for it.
+        // A study has no use for figures of its runs unless it asks for them.
         let common: Vec<String> =
             ["output.figures=false".to_owned()].into_iter().chain(overrides(&study.set)).collect();
         let last = overrides(&study.quick.set);
@@ -178,7 +178,7 @@ impl Plan {
         let others = others(study, text, &beside)?;
         let plan = Plan { names, runs, references, others };
         plan.refuse_faults(text, &common, &case)?;
-        // What --quick leaves out may be what is measured.
+        // A measure may be one of runs that --quick leaves out.
         let all = drafts.iter().filter_map(|draft| {
             let loaded =
                 read_case(&case_of(draft), &[&common[..], &draft.set[..]].concat()).ok()?;
@@ -223,9 +223,9 @@ impl Plan {
         Err(text.refuse(fault(key, refusal.map(|refusal| refusal.why).unwrap_or_default())))
     }
 
-    /// Refuses a reference of what no run measures, and columns to be laid out that there are not;
-    /// `all` are the names of what the file's runs measure, looked up where those of this plan do
-    /// not.
+    /// Refuses references of measures, and columns to be laid out, that do not exist; `all` are the
+    /// names of the measures of all the file's runs, looked up where the runs of this plan do not
+    /// have one.
     fn refuse_unknown_measures(
         &self,
         study: &Study,

@@ -14,12 +14,12 @@ pub struct Refusal {
 }
 
 impl Refusal {
-    /// That of a scene, in its words.
+    /// The refusal by a scene, in its words.
     pub fn of_scene(why: String) -> Refusal {
         Refusal { why, misspelt: false }
     }
 
-    /// That of an error in reading the case.
+    /// The refusal for an error in reading the case.
     pub fn of(error: &Error) -> Refusal {
         let misspelt = match error {
             Error::Case { message, .. } => message.starts_with("unknown "),
@@ -34,7 +34,7 @@ impl Refusal {
 pub struct Planned {
     /// The name of its folder.
     pub id: String,
-    /// What its columns say; empty where it has no such label.
+    /// Labels in its columns; empty where it has no such label.
     pub labels: Vec<String>,
     /// Number of ranks.
     pub ranks: usize,
@@ -50,7 +50,7 @@ pub struct Planned {
     pub sources: Vec<String>,
 }
 
-/// What is wrong with a case, without the place that only `--set` on a command line has.
+/// Fault of a case in words, without the place that only `--set` on a command line has.
 pub fn reason(error: &Error) -> String {
     match error {
         Error::Case { key, message, .. } => format!("{key}: {message}"),

@@ -1,5 +1,4 @@
-//! What measures are compared with: a value, a number in a CSV file, or what another run of the
-//! study gives.
+//! References of measures: a value, a number in a CSV file, or what another run of the study gives.
 
 use super::file::{Reference, Study, fault, label};
 use super::planned::Planned;
@@ -10,7 +9,7 @@ use mics_run::config::Text;
 use std::path::{Path, PathBuf};
 use toml::Table;
 
-/// What a measure is compared with, run by run.
+/// A measure and its reference, run by run.
 pub struct Compared {
     /// The measure's name.
     pub measure: String,

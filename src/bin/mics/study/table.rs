@@ -9,7 +9,7 @@ use mics_plot::study::{self, Measured, Target};
 /// A row of the table.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// What its columns say.
+    /// Labels in its columns.
     pub labels: Vec<String>,
     /// Number of ranks.
     pub ranks: usize,
@@ -66,7 +66,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// That of a plan whose runs have come to these outcomes, repeat by repeat.
+    /// The table of a plan whose runs have come to these outcomes, repeat by repeat.
     pub fn new(plan: &Plan, outcomes: &[Vec<Outcome>]) -> Table {
         let measures = plan.measures();
         let outcomes = outcomes.iter().take(plan.runs.len()).enumerate();
@@ -88,12 +88,12 @@ impl Table {
         Table { rows, targets }
     }
 
-    /// What a measure is compared with, where it is.
+    /// Reference of a measure, where it has one.
     pub fn target(&self, measure: &str) -> Option<&Target> {
         self.targets.iter().find(|target| target.measure == measure)
     }
 
-    /// What figures show of the plan, with its measures and these columns.
+    /// The plan as figures show it, with its measures and these columns.
     pub fn shown<'a>(
         &'a self,
         plan: &'a Plan,
@@ -110,7 +110,7 @@ impl Table {
 struct Repeats<'a>(Vec<&'a Outcome>);
 
 impl Repeats<'_> {
-    /// What the summaries of all have of a number.
+    /// Values of a number in the summaries of all.
     fn numbers(&self, name: &str) -> Vec<f64> {
         self.0.iter().filter_map(|o| o.summary[name].as_f64()).collect()
     }
@@ -129,7 +129,7 @@ impl Repeats<'_> {
 }
 
 impl Row {
-    /// That of the run `index` of a plan.
+    /// The row of the run `index` of a plan.
     fn of(plan: &Plan, index: usize, outcomes: &[Outcome], measures: &[String]) -> Row {
         let run = &plan.runs[index];
         let done = Repeats(outcomes.iter().filter(|outcome| outcome.status == "done").collect());
@@ -160,7 +160,7 @@ impl Row {
             "repeats" => done.0.len().to_string(),
             "cpu_spread" => text(done.cpu_spread()),
             "us_per_cell_step" => text(per_cell_step),
-            // Of all ranks, start and end included: what a busy machine does not change.
+            // CPU time of all ranks, start and end included: a busy machine does not change it.
             "cpu_us_per_cell_step" => text(cpu.and_then(per_step)),
             "pressure_cpu_us_per_cell_step" => text(pressure.and_then(per_step)),
             "krylov_per_step" => text(part(krylov, steps)),
@@ -187,7 +187,7 @@ impl Row {
         }
     }
 
-    /// What figures show of it, `costs` of its columns included.
+    /// The row as figures show it, `costs` of its columns included.
     pub fn shown(&self, costs: &[String]) -> study::Row {
         study::Row {
             labels: self.labels.clone(),
@@ -218,7 +218,7 @@ impl Row {
         self.text(column).parse().ok().or_else(measured)
     }
 
-    /// How the run ended, in short.
+    /// End of the run, in short.
     pub fn ending(&self) -> String {
         let why = self.text("message");
         let brief: String = why.chars().take(80).collect();

@@ -82,7 +82,7 @@ fn periodic_bed(size: [f64; 3]) -> Obstacle {
         let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
         triangles.extend([[a, d, b], [a, c, d]]);
     }
-    let room = Room { size: Vector3::from(size), periodic: [true, false, false] };
+    let room = Extent { size: Vector3::from(size), periodic: [true, false, false] };
     Obstacle::surface(&triangles, &room).unwrap()
 }
 

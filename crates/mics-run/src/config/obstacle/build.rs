@@ -1,4 +1,4 @@
-//! From what is typed of an obstacle to a wall in the box: files are read, and numbers checked.
+//! Builds walls in the box from typed obstacles: files are read, and numbers checked.
 
 use super::heights::Raster;
 use super::wall::Form;
@@ -9,7 +9,7 @@ use crate::config::shape::outline::{self, Flaw};
 use crate::config::source::{Source, factor, named, one_of};
 use crate::config::{Case, Motion, Particle, Prescribed};
 use crate::words::{brief, rounded};
-use mics_shapes::{Room, Shape, stl};
+use mics_shapes::{Extent, Shape, stl};
 use nalgebra::Vector3;
 use std::collections::HashSet;
 use std::path::Path;
@@ -17,18 +17,18 @@ use std::path::Path;
 /// Lengths of the box beyond which an obstacle is most likely in another unit.
 const FAR: f64 = 100.0;
 
-/// Lengths of the box beyond which that is said.
+/// Lengths of the box beyond which the length of an obstacle is noted.
 const LONG: f64 = 10.0;
 
-/// Cells across what there is of an obstacle in the box below which it is most likely in another
+/// Least cells along the part of an obstacle in the box: with fewer it is most likely in another
 /// unit.
 const FEWEST_CELLS: f64 = 3.0;
 
-/// Patches along a body by which it is seen whether it reaches into a wall.
+/// Surface patches along a body that are tested for lying in a wall.
 const ALONG: f64 = 32.0;
 
 /// Builds the walls of the obstacles of a checked case; files are looked for from `folder` on.
-/// Returns what is to be said of them, a line each.
+/// Returns notes on them, a line each.
 pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<String>, Fault> {
     let mut notes = Vec::new();
     let mut names = HashSet::new();
@@ -75,13 +75,18 @@ pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<Str
 }
 
 /// The box that obstacles stand in.
-fn room(case: &Case) -> Room {
+fn room(case: &Case) -> Extent {
     let size = Vector3::from_fn(|a, _| case.domain.size.get(a).copied().unwrap_or(1.0));
-    Room { size, periodic: [0, 1, 2].map(|a| a < case.dimension() && case.periodic(a)) }
+    Extent { size, periodic: [0, 1, 2].map(|a| a < case.dimension() && case.periodic(a)) }
 }
 
-/// Which of its keys an obstacle has, whose places are checked.
-fn kind(typed: &Obstacle, key: &str, room: &Room, dimension: usize) -> Result<&'static str, Fault> {
+/// Name of the key that gives an obstacle's form; checks its position and centre.
+fn kind(
+    typed: &Obstacle,
+    key: &str,
+    room: &Extent,
+    dimension: usize,
+) -> Result<&'static str, Fault> {
     let Obstacle { polygon, surface, heights, position, centre, .. } = typed;
     let kinds = [
         ("polygon", polygon.is_some()),
@@ -163,7 +168,7 @@ fn wall(
         let Fault { key, message } = refuse(what);
         format!("note         {key}: {message}")
     };
-    // Those of heights are where they stand already.
+    // Forms of heights stand in their place already.
     let shift = if heights.is_some() { Vector3::zeros() } else { shift };
     let (form, said) = form.placed(&shift, &room).map_err(|fault| refuse(&fault.0))?;
     notes.extend(said.iter().map(|what| note(what)));
@@ -184,7 +189,7 @@ fn wall(
     Ok(wall)
 }
 
-/// Refuses what has no volume in the box, or is far too small for its cells, in words.
+/// Refuses, in words, a wall without volume in the box or far too small for its cells.
 fn stands(case: &Case, wall: &Wall) -> Result<(), String> {
     let within = |(x, size): (&f64, &f64)| (0.0..=*size).contains(x);
     if !wall.centre().iter().zip(&case.domain.size).all(within) {
@@ -282,8 +287,8 @@ fn of_heights(
     Ok(Raster { x: of(0), y: vec![0.0], heights: of(1) })
 }
 
-/// Refuses a motion that would bring an obstacle to a side of the box: of its surface only what
-/// lies in the box at time 0 is known.
+/// Refuses a motion that would bring an obstacle to a side of the box: its surface is known only as
+/// far as it lies in the box at time 0.
 fn keeps_off_sides(case: &Case, wall: &Wall, moved: &Prescribed, key: &str) -> Check {
     let [low, high] = wall.bounds();
     let centre = wall.centre();
@@ -313,8 +318,8 @@ fn keeps_off_sides(case: &Case, wall: &Wall, moved: &Prescribed, key: &str) -> C
     Ok(())
 }
 
-/// Refuses particles that reach into an obstacle at time 0, by more than grains that press on each
-/// other; swarms turned into particles.
+/// Refuses particles that overlap an obstacle at time 0 by more than pressed grains do; swarms have
+/// been turned into particles.
 pub(in crate::config) fn off_walls(case: &Case) -> Check {
     let walls = case.obstacle.iter().enumerate().filter_map(|(k, o)| Some((k, o.wall.as_ref()?)));
     for (k, wall) in walls {
@@ -334,7 +339,7 @@ pub(in crate::config) fn off_walls(case: &Case) -> Check {
     Ok(())
 }
 
-/// How deep a particle lies in a wall (m); negative where it does not.
+/// Depth of a particle in a wall (m); negative where it is clear of it.
 fn depth(particle: &Particle, wall: &Wall) -> f64 {
     let reach = 0.5 * particle.shape.bounding_diameter();
     let clear = wall.nearest(&particle.position).distance - reach;

@@ -1,4 +1,4 @@
-//! What lies below heights, as an outline (2D) or a closed surface (3D).
+//! The solid below heights, as an outline (2D) or a closed surface (3D).
 //!
 //! ```text
 //!      given  o----o-----o                       periodic  |o----o-----o  |
@@ -8,12 +8,12 @@
 //! ```
 
 use super::wall::Form;
-use mics_shapes::Room;
+use mics_shapes::Extent;
 use nalgebra::Vector3;
 
 /// Part of a period by which heights at its two ends may differ.
 const ALIKE: f64 = 1e-6;
-/// Part of the range of heights by which two differences of them are one: digits of a file.
+/// Part of the range of heights within which two differences count as equal: digits of a file.
 const ROUNDED: f64 = 1e-9;
 
 /// Heights over a line (one y) or a raster (m).
@@ -21,7 +21,7 @@ const ROUNDED: f64 = 1e-9;
 pub(super) struct Raster {
     /// Coordinates along x, increasing.
     pub x: Vec<f64>,
-    /// Along y, increasing; one of a line.
+    /// Coordinates along y, increasing; a single one for a line.
     pub y: Vec<f64>,
     /// Heights, x fastest.
     pub heights: Vec<f64>,
@@ -52,8 +52,8 @@ impl At {
     }
 }
 
-/// The places along an axis at which the ground has a corner: those given between two ends, and
-/// the ends: those of the period, or far enough beyond the box.
+/// The places along an axis at which the ground has a corner: the ends of the period, or half a
+/// length of the box beyond its sides, and the given places between these ends.
 fn places(given: &[f64], size: f64, periodic: bool) -> Vec<At> {
     let ends = if periodic { [0.0, size] } else { [-0.5 * size, 1.5 * size] };
     let near = 1e-6 * size;
@@ -71,8 +71,8 @@ impl Raster {
         (1.0 - y.share) * row(y.between[0]) + y.share * row(y.between[1])
     }
 
-    /// Where, along an axis, the heights at both ends of a period differ.
-    fn torn(&self, x: &[At], y: &[At], room: &Room) -> Option<String> {
+    /// Message where the heights at both ends of a period differ.
+    fn torn(&self, x: &[At], y: &[At], room: &Extent) -> Option<String> {
         let ends = |all: &[At]| [all[0], all[all.len() - 1]];
         let told = |[a, b]: [f64; 2], axis: usize| {
             (room.periodic[axis] && (a - b).abs() > ALIKE * room.size[axis]).then(|| {
@@ -87,8 +87,8 @@ impl Raster {
         along_x.or_else(|| x.iter().find_map(|x| told(ends(y).map(|y| self.height(x, &y)), 1)))
     }
 
-    /// Why none of it is over the box, moved by a vector (m) as it is, where that is so.
-    fn misses(&self, shift: &Vector3<f64>, dimension: usize, room: &Room) -> Option<String> {
+    /// Message where none of the heights is over the box; they are moved by `shift` (m) already.
+    fn misses(&self, shift: &Vector3<f64>, dimension: usize, room: &Extent) -> Option<String> {
         let given = [&self.x, &self.y];
         given.iter().enumerate().find_map(|(axis, own)| {
             let low = own[0];
@@ -97,7 +97,7 @@ impl Raster {
             let x = ["x", "y"][axis];
             let begin = |a: usize| shift[a] - if a < dimension - 1 { given[a][0] } else { 0.0 };
             let begin: Vec<f64> = (0..dimension).map(begin).collect();
-            // A single height is that of all.
+            // A single height holds along the whole axis.
             (own.len() > 1 && (high < 0.0 || low > size)).then(|| {
                 format!(
                     "goes from {low:?} to {high:?} m along {x}, and the box from 0 to {size:?} m: \
@@ -108,7 +108,7 @@ impl Raster {
         })
     }
 
-    /// What lies below, moved by a vector (m), in a room of so many dimensions.
+    /// The solid below the heights, moved by a vector (m), in a room of so many dimensions.
     ///
     /// # Errors
     /// When none of it is over the box or it does not fit a period, in words.
@@ -116,7 +116,7 @@ impl Raster {
         mut self,
         dimension: usize,
         shift: &Vector3<f64>,
-        room: &Room,
+        room: &Extent,
     ) -> Result<Form, String> {
         self.x.iter_mut().for_each(|x| *x += shift.x);
         self.y.iter_mut().for_each(|y| *y += shift.y);

@@ -152,7 +152,7 @@ fn what_is_wrong_with_an_obstacle_is_named() {
     assert!(message.contains("the surface is open"), "{message}");
 }
 
-/// Dimension, keys, the key that is refused and a part of what is said.
+/// Dimension, keys, the key that is refused and a part of the message.
 fn refused(cases: &[(usize, String, &str, &str)]) {
     for (dimension, keys, key, part) in cases {
         let (found, message) = refusal(&text(*dimension, &obstacle(keys)), &[]);

@@ -2,16 +2,16 @@
 
 use super::{Outlines, Surface};
 use crate::config::shape::outline::nested;
-use mics_shapes::{Fault, Nearest, Obstacle as Solid, Room, Shape, stl};
+use mics_shapes::{Extent, Fault, Nearest, Obstacle as Solid, Shape, stl};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Part of the box's length within which a corner lies on a side: what single numbers of an STL
-/// file tell apart.
+/// Part of the box's length within which a corner lies on a side: the resolution of an STL file's
+/// single-precision numbers.
 const ON_SIDE: f64 = 1e-6;
 
-/// What an obstacle is made of, in the axes of the box (m).
+/// Geometry of an obstacle, in the axes of the box (m).
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::config) enum Form {
     /// Closed outlines, one way round what is solid, the other way round holes.
@@ -20,13 +20,13 @@ pub(in crate::config) enum Form {
     Surface {
         /// The corners.
         points: Vec<[f64; 3]>,
-        /// Those of each triangle, by number.
+        /// Corners of each triangle, by their numbers in `points`.
         triangles: Vec<[usize; 3]>,
     },
 }
 
 impl Form {
-    /// Its corners by a function of each axis and coordinate.
+    /// Replaces each coordinate of its corners by a function of axis and coordinate.
     fn map(&mut self, moved: impl Fn(usize, f64) -> f64) {
         let each = |a: usize, x: &mut f64| *x = moved(a, *x);
         match self {
@@ -39,16 +39,16 @@ impl Form {
         }
     }
 
-    /// Itself moved by `shift` (m) and as a run's own case has it, so that it reads back the same:
-    /// corners within rounding of a side of the box on it, surfaces closed, holes turned; and what
-    /// was corrected.
+    /// Moves it by `shift` (m) and gives it the form of a run's own case, so that it reads back the
+    /// same: corners within rounding of a side of the box on it, surfaces closed, holes turned.
+    /// Also returns notes on corrections.
     ///
     /// # Errors
-    /// Those of [`stl::closed`].
+    /// The errors of [`stl::closed`].
     pub fn placed(
         mut self,
         shift: &Vector3<f64>,
-        room: &Room,
+        room: &Extent,
     ) -> Result<(Form, Vec<String>), Fault> {
         self.map(|a, x| {
             let x = x + shift[a];
@@ -60,7 +60,7 @@ impl Form {
             Form::Surface { points, triangles } => (points, triangles),
         };
         let corners = |t: &[usize; 3]| t.map(|k| Vector3::from(given[k]));
-        let stl::Surface { triangles, notes } =
+        let stl::ClosedSurface { triangles, notes } =
             stl::closed(triangles.iter().map(corners).collect())?;
         let mut points: Vec<[f64; 3]> = Vec::new();
         let mut known = HashMap::new();
@@ -87,7 +87,7 @@ impl Form {
         low.zip(high).map_or(0.0, |(low, high)| (high - low).amax())
     }
 
-    fn solid(&self, room: &Room) -> Result<Solid, Fault> {
+    fn solid(&self, room: &Extent) -> Result<Solid, Fault> {
         match self {
             Form::Outlines(outlines) => Solid::outlines(outlines, room),
             Form::Surface { points, triangles } => {
@@ -113,14 +113,14 @@ impl PartialEq for Wall {
 }
 
 impl Wall {
-    /// A wall of this form in a room, with this centre (m), or that of its volume; of one that
-    /// rests along periodic axes the middle of the room.
+    /// A wall of this form in a room, with this centre (m); default the centre of its volume, of
+    /// one that rests along periodic axes the middle of the room.
     ///
     /// # Errors
-    /// When it is none, in words.
+    /// When the form is no solid, in words.
     pub(super) fn new(
         form: Form,
-        room: &Room,
+        room: &Extent,
         centre: Option<Vec<f64>>,
         moves: bool,
     ) -> Result<Wall, Fault> {
@@ -143,8 +143,8 @@ impl Wall {
         Ok(Wall { form: Arc::new(form), geometry: Arc::new(solid), centre })
     }
 
-    /// Lets the fluid meet those walls as one solid that overlap or touch, all at rest, on a grid
-    /// of this spacing (m).
+    /// Unites walls that overlap or touch, all at rest, into one solid for the fluid, on a grid of
+    /// this spacing (m).
     ///
     /// # Errors
     /// When a surface is not closed, in words.
@@ -156,12 +156,12 @@ impl Wall {
         Solid::unite(&mut all, spacing)
     }
 
-    /// What it is, its own origin at its centre.
+    /// Its geometry, with the origin at its centre.
     pub fn geometry(&self) -> &Arc<Solid> {
         &self.geometry
     }
 
-    /// What its torque is about and what it turns about (m), a number for each axis.
+    /// Reference point of its torque and centre of its rotation (m), a number for each axis.
     pub fn centre(&self) -> &[f64] {
         &self.centre
     }
@@ -178,13 +178,13 @@ impl Wall {
         self.geometry.thickness()
     }
 
-    /// What is nearest of its surface at time 0 to a place in the box (m).
+    /// Distance of a place in the box (m) from its surface at time 0, and the normal there.
     pub fn nearest(&self, place: &[f64]) -> Nearest {
         let arm = |a: usize| Some(place.get(a)? - self.centre.get(a)?);
         self.geometry.nearest(&Vector3::from_fn(|a, _| arm(a).unwrap_or(0.0)))
     }
 
-    /// What a case says of it, with nothing in other files.
+    /// Its keys in a case, with nothing in other files.
     pub(in crate::config) fn typed(&self) -> super::Obstacle {
         let mut typed = super::Obstacle::default();
         match &*self.form {
@@ -202,7 +202,7 @@ impl Wall {
         typed
     }
 
-    /// How much it is made of, in words.
+    /// Number of its outlines, corners or triangles, in words.
     pub fn detail(&self) -> String {
         match &*self.form {
             Form::Outlines(outlines) => {

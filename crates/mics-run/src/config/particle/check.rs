@@ -2,7 +2,7 @@
 
 use super::overlap::slack;
 use super::*;
-use crate::config::FACES;
+use crate::config::SIDES;
 use crate::config::fault::{AXES, Check, Within, not_negative, positive, short, vector};
 
 /// Checks these keys for a body of this diameter (m).
@@ -14,9 +14,9 @@ fn check_enter(enter: &Enter, case: &Case, diameter: f64, free: bool) -> Check {
     region.as_ref().map_or(Ok(()), |region| region.check(case, diameter, *gap).within("region"))
 }
 
-/// What a particle is made of and how it starts, by its rules that a swarm shares.
+/// Material, motion and start of a particle, whose rules a swarm shares.
 pub(in crate::config) struct Nature<'a> {
-    /// What moves it.
+    /// Its motion.
     pub motion: &'a Motion,
     /// Density (kg/m3).
     pub density: Option<f64>,
@@ -189,8 +189,8 @@ pub(in crate::config) fn inside(case: &Case, key: &str, who: &str, body: &Partic
             } else {
                 format!(
                     "move it inside, or make {} and {} periodic",
-                    FACES[2 * axis],
-                    FACES[2 * axis + 1]
+                    SIDES[2 * axis],
+                    SIDES[2 * axis + 1]
                 )
             };
             let domain = format!("the domain from 0 to {size:?} m");
@@ -200,7 +200,7 @@ pub(in crate::config) fn inside(case: &Case, key: &str, who: &str, body: &Partic
     Ok(())
 }
 
-/// Checks what moves a body.
+/// Checks the motion of a body.
 pub(in crate::config) fn motion(motion: &Motion, key: &str, dimension: usize) -> Check {
     let Motion::Prescribed(prescribed) = motion else { return Ok(()) };
     let velocity = &prescribed.velocity;

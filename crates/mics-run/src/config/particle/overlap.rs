@@ -1,7 +1,7 @@
 //! Bodies that overlap at time 0.
 //!
-//! Round ones do where their centres are too near each other. Of others it is their bounding
-//! spheres that have to meet first, and then convex parts of theirs.
+//! Round ones overlap where their centres are too near each other, others where their bounding
+//! spheres and then convex parts of theirs do.
 
 use super::*;
 use crate::config::fault::{short, unlike};
@@ -15,7 +15,7 @@ pub(in crate::config) struct Overlap {
     pub first: usize,
     /// The index of the later.
     pub second: usize,
-    /// How far their centres are apart, and would have to be, in words.
+    /// Distance or depth of the two and its limit, in words.
     pub words: String,
 }
 
@@ -69,8 +69,8 @@ pub(in crate::config) fn overlap(case: &Case) -> Option<Overlap> {
     None
 }
 
-/// How deep two bodies overlap of which one is not round (m); negative where they do not, `None`
-/// where it is by more than their edges are rounded.
+/// Depth of the overlap of two bodies of which one is not round (m); negative where they are apart,
+/// `None` where it is more than the rounding of their edges.
 fn depth(pair: [&Particle; 2], periods: &[Option<f64>]) -> Option<f64> {
     let [a, b] = pair;
     let mut way = Vector3::zeros();
@@ -111,15 +111,15 @@ fn parts(body: &Particle) -> Cow<'_, [Part]> {
     }
 }
 
-/// How far two bodies may overlap (m): as grains do that press on each other, where contacts say
-/// how, and where both are held: they may have settled in another run.
+/// Largest allowed overlap of two bodies (m): that of pressed grains where the case has contacts,
+/// or where both are held, as they may have settled in another run.
 pub(in crate::config) fn slack(case: &Case, pair: [&Particle; 2]) -> f64 {
     let held = pair.iter().all(|body| body.motion != Motion::Free);
     let part = if held || case.contact.is_some() { PRESSED } else { 1e-9 };
     part * pair.iter().map(|body| body.shape.diameter()).fold(f64::INFINITY, f64::min)
 }
 
-/// Overlap of grains that press on each other, of the smaller diameter.
+/// Overlap of pressed grains, as a part of the smaller diameter.
 const PRESSED: f64 = 0.02;
 
 /// The distance (m) of two places by the shortest way across the periods.

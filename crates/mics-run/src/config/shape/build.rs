@@ -1,4 +1,4 @@
-//! From what is typed of a shape to a solid: files are read, and their numbers checked.
+//! Builds solids from typed shapes: files are read, and their numbers checked.
 
 use super::solid::Solid;
 use super::*;
@@ -11,13 +11,13 @@ use std::path::Path;
 /// Cells along a body below which it is most likely in another unit than the box.
 const FEWEST_CELLS: f64 = 3.0;
 
-/// Builds the solids of the particles and swarms of a case: what they are of then stands in
-/// `solid` and `solids`, and their files are not needed any more. Files are looked for from
-/// `folder` on. Returns what is to be said of them, a line each.
+/// Builds the solids of the particles and swarms of a case: they then stand in `shape` and
+/// `solids`, and their files are not needed any more. Files are looked for from `folder` on.
+/// Returns notes on them, a line each.
 pub(in crate::config) fn build(case: &mut Case, folder: &Path) -> Result<Vec<String>, Fault> {
     let dimension = case.dimension();
     if !(2..=3).contains(&dimension) {
-        // That is refused elsewhere.
+        // Other dimensions are refused elsewhere.
         return Ok(Vec::new());
     }
     let mut shapes = Shapes::new(dimension, folder);
@@ -130,12 +130,12 @@ pub(in crate::config) fn sensible(case: &Case, length: f64, key: &str) -> Check 
 pub(in crate::config) struct Shapes {
     reader: Reader,
     built: Vec<Solid>,
-    /// Those of files, by what is typed of them.
+    /// Shapes read from files, by their typed description.
     of_files: HashMap<String, Typed>,
 }
 
 impl Shapes {
-    /// None yet, of a case of this dimension; files are looked for from `folder` on.
+    /// No solids yet, of a case of this dimension; files are looked for from `folder` on.
     pub fn new(dimension: usize, folder: &Path) -> Shapes {
         Shapes {
             reader: Reader { dimension, folder: folder.to_owned(), notes: Vec::new() },

@@ -20,7 +20,7 @@ pub struct Clump {
     pub spheres: Option<Vec<Ball>>,
     /// A CSV file of them, relative to the case file, with columns x, y (z in 3D) and diameter.
     pub file: Option<String>,
-    /// What the file's lengths are multiplied by (0.001 for mm), default 1.
+    /// Factor on the file's lengths (0.001 for mm), default 1.
     pub scale: Option<f64>,
     /// Diameter of the disc or sphere of its volume (m), to which it is scaled; default as it is.
     pub diameter: Option<f64>,

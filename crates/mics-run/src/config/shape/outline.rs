@@ -1,10 +1,10 @@
 //! Outlines of polygons: whether they are simple and convex.
 
-/// What is wrong with an outline that ought to be convex, and at which of its corners.
+/// Fault of an outline, and the corner at which it is.
 pub(in crate::config) struct Flaw {
     /// The corner, from 0.
     pub corner: usize,
-    /// What is wrong there, in words.
+    /// The fault, in words.
     pub what: String,
 }
 

@@ -18,7 +18,7 @@ pub struct Polygon {
     pub points: Option<Vec<[f64; 2]>>,
     /// A CSV file of them, relative to the case file, with columns x and y.
     pub file: Option<String>,
-    /// What the file's lengths are multiplied by (0.001 for mm), default 1.
+    /// Factor on the file's lengths (0.001 for mm), default 1.
     pub scale: Option<f64>,
     /// Radius of its edges (m), within its faces, which stay where they are; default 0: sharp
     /// edges.

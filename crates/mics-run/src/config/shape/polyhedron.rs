@@ -3,7 +3,7 @@
 use super::{Described, Reader};
 use crate::config::fault::{Fault as Refusal, finite, not_negative};
 use crate::config::source::{Source, factor, named, one_of};
-use mics_shapes::stl::{self, Surface};
+use mics_shapes::stl::{self, ClosedSurface};
 use mics_shapes::{Fault, Shape as Geometry};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -12,18 +12,18 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Part by which a hull may be larger than its surface before that is said.
+/// Part by which a hull may be larger than its surface without a note.
 const FILLED: f64 = 0.05;
 
 /// The corners (m) of the convex hull of the surface in an STL file, whose lengths are multiplied
-/// by `factor`, and what is to be said of it.
+/// by `factor`, and notes on it.
 ///
 /// # Errors
 /// When it is not a closed surface, in words, without the name of the file.
 fn hull(path: &Path, factor: f64) -> Result<(Vec<[f64; 3]>, Vec<String>), String> {
     let words = |fault: Fault| fault.0;
     let mesh = stl::read(path, factor).map_err(words)?;
-    let Surface { triangles, mut notes } = stl::closed(mesh).map_err(words)?;
+    let ClosedSurface { triangles, mut notes } = stl::closed(mesh).map_err(words)?;
     let solid = mics_shapes::Polyhedron::new(&triangles, 0.0).map_err(words)?;
     let excess = solid.hull_excess();
     if excess > FILLED {
@@ -50,7 +50,7 @@ fn hull(path: &Path, factor: f64) -> Result<(Vec<[f64; 3]>, Vec<String>), String
 pub struct Polyhedron {
     /// An STL file, binary or ASCII, relative to the case file, of a closed surface.
     pub file: Option<String>,
-    /// What the file's lengths are multiplied by (0.001 for mm), default 1.
+    /// Factor on the file's lengths (0.001 for mm), default 1.
     pub scale: Option<f64>,
     /// Its corners (m), in any order.
     pub points: Option<Vec<[f64; 3]>>,

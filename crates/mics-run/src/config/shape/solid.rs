@@ -17,13 +17,13 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The shape of a body, in its own axes: what is typed of it, and the solid that this is where it
-/// is not round.
+/// The shape of a body, in its own axes: its typed description, and its solid where it is not
+/// round.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Shape {
     typed: Typed,
-    /// `None` of what is round, and of what has not been built.
+    /// `None` where the shape is round, or has not been built.
     #[serde(skip)]
     solid: Option<Solid>,
 }
@@ -41,7 +41,7 @@ impl From<Solid> for Shape {
 }
 
 impl Shape {
-    /// What is typed of it; of a solid with nothing in other files.
+    /// Its typed description; that of a solid has nothing in other files.
     pub fn typed(&self) -> &Typed {
         &self.typed
     }
@@ -61,7 +61,7 @@ impl Shape {
         self.solid.is_none()
     }
 
-    /// The diameter (m) of what is round.
+    /// The diameter (m) of a disc or sphere.
     fn round(&self) -> f64 {
         self.typed.diameter().unwrap_or(0.0)
     }
@@ -99,7 +99,7 @@ impl Shape {
         }
     }
 
-    /// The same with this diameter (m), or as large as it is by itself.
+    /// The shape with this diameter (m), or in its own size.
     pub(in crate::config) fn of_diameter(&self, wanted: Option<f64>) -> Shape {
         match &self.solid {
             Some(solid) => solid.of_diameter(wanted).into(),
@@ -119,12 +119,12 @@ fn equal_volume_diameter(geometry: &dyn Geometry) -> f64 {
 /// A solid as it is by itself, before it is scaled.
 #[derive(Debug)]
 pub(in crate::config) struct Base {
-    /// What a case says of it, with nothing in other files and no diameter.
+    /// Its description in a case, with nothing in other files and no diameter.
     typed: Typed,
     geometry: Arc<dyn Geometry>,
-    /// Of the disc or sphere of its volume (m).
+    /// Diameter of the disc or sphere of its volume (m).
     diameter: f64,
-    /// Those to which it has been scaled, by the bits of their diameters.
+    /// Its scaled geometries, by the bits of their diameters.
     scaled: Mutex<HashMap<u64, Arc<dyn Geometry>>>,
 }
 
@@ -147,7 +147,7 @@ impl Solid {
     /// A solid of this description, with nothing in other files and no diameter.
     ///
     /// # Errors
-    /// When it is none, in words.
+    /// When it is no solid, in words.
     pub(in crate::config) fn new(typed: Typed) -> Result<Solid, String> {
         let geometry = typed.solid()?;
         let diameter = equal_volume_diameter(&*geometry);
@@ -155,8 +155,8 @@ impl Solid {
         Ok(Solid { base: Arc::new(base), wanted: None, geometry })
     }
 
-    /// The same, scaled to this diameter (m) of the disc or sphere of its volume; `None`: as large
-    /// as it is by itself.
+    /// The solid scaled to this diameter (m) of the disc or sphere of its volume; `None`: in its
+    /// own size.
     pub(in crate::config) fn of_diameter(&self, wanted: Option<f64>) -> Solid {
         let Base { geometry, diameter, scaled, .. } = &*self.base;
         let geometry = match wanted {
@@ -172,7 +172,7 @@ impl Solid {
         Solid { base: self.base.clone(), wanted, geometry }
     }
 
-    /// What it is, in its own axes.
+    /// Its geometry, in its own axes.
     pub fn geometry(&self) -> &Arc<dyn Geometry> {
         &self.geometry
     }
@@ -192,7 +192,7 @@ impl Solid {
         Arc::ptr_eq(&self.base, &other.base) || self.base.typed == other.base.typed
     }
 
-    /// What a case says of it, with nothing in other files.
+    /// Its description in a case, with nothing in other files.
     pub(in crate::config) fn typed(&self) -> Typed {
         self.base.typed.of_diameter(self.wanted)
     }
@@ -202,13 +202,13 @@ impl Solid {
         self.wanted
     }
 
-    /// How many corners or faces or balls it is made of, in words; empty where that says nothing.
+    /// Number of its corners or balls, in words; empty where that says nothing.
     pub fn detail(&self) -> String {
         self.base.typed.detail()
     }
 
-    /// How far it reaches from its centre along an axis (m), to the low and to the high side, where
-    /// it is turned so.
+    /// Extent from its centre along an axis (m), to the low and to the high side, in this
+    /// orientation.
     pub fn reach(&self, axis: usize, orientation: &UnitQuaternion<f64>) -> [f64; 2] {
         let along = orientation.inverse() * Vector3::ith(axis, 1.0);
         [-along, along].map(|n| self.geometry.extent(&n))

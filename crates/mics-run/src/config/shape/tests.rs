@@ -253,7 +253,7 @@ fn random_orientations_are_uniform() {
     assert!(sums[0].amax() < 0.04, "{}", sums[0]);
     assert!((sums[1].add_scalar(-1.0 / 3.0)).amax() < 0.02, "{}", sums[1]);
     let angles: f64 = case.particle.iter().map(|p| p.turn().angle()).sum::<f64>() / 3000.0;
-    // Of uniform rotations: pi/2 + 2/pi.
+    // Mean angle of uniform rotations: pi/2 + 2/pi.
     assert!((angles - (0.5 * PI + 2.0 / PI)).abs() < 0.05, "{angles}");
 }
 

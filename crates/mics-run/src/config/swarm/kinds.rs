@@ -1,5 +1,5 @@
-//! What the bodies of a swarm are: which of its shapes each has, how large it is and how it is
-//! turned, before it has a place.
+//! Bodies of a swarm before they have places: which of its shapes each has, its diameter and its
+//! orientation.
 
 use super::{Diameters, Orientations, Scatter, Swarm};
 use crate::config::{Orientation, Round, Shape, Typed};
@@ -10,9 +10,9 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 /// A shape of a swarm, built.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kind {
-    /// How many have it, as a part of the shares of all.
+    /// Its share of the bodies, as a part of the shares of all.
     pub share: f64,
-    /// What it is.
+    /// The shape, built.
     pub shape: Shape,
 }
 
@@ -38,8 +38,8 @@ impl Kind {
     }
 }
 
-/// The shapes that its bodies have: of a swarm without any the round one, whose diameter is
-/// given each time.
+/// The kinds of its bodies: of a swarm without shapes the disc or sphere, whose diameter is given
+/// each time.
 pub(super) fn kinds(swarm: &Swarm, dimension: usize) -> Vec<Kind> {
     if !swarm.solids.is_empty() {
         return swarm.solids.clone();
@@ -49,14 +49,13 @@ pub(super) fn kinds(swarm: &Swarm, dimension: usize) -> Vec<Kind> {
     vec![Kind { share: 1.0, shape: shape.into() }]
 }
 
-/// Which of some kinds each of the bodies has, and how it is turned, one after the other; for
-/// ever.
+/// Kind and orientation of each of the bodies, one after the other, without end.
 pub(super) fn choices<'a>(
     swarm: &Swarm,
     dimension: usize,
     kinds: &'a [Kind],
 ) -> impl Iterator<Item = (&'a Kind, Option<Orientation>)> {
-    // Another stream than that of diameters and places: these stay what they are for discs.
+    // A random stream of its own: diameters and places stay the same as for discs.
     let mut random = ChaCha8Rng::seed_from_u64(swarm.seed.unwrap_or(1));
     random.set_stream(1);
     let turns = swarm.orientations.unwrap_or_default() == Orientations::Random;

@@ -25,8 +25,8 @@ const TRIES: usize = 20_000;
 /// Cells of the grid at most, along all axes together.
 const MOST_CELLS: f64 = 1e6;
 
-/// Where the centre of a body with this diameter (m) may lie along an axis: from, and how far (m);
-/// `None` without room. Where the region spans a periodic axis, anywhere.
+/// Range of the centre of a body with this diameter (m) along an axis: start and length (m); `None`
+/// without room. Where the region spans a periodic axis, anywhere.
 pub(super) fn room(
     case: &Case,
     region: &Region,
@@ -62,7 +62,7 @@ struct Taken {
     /// Bodies in reach of each cell.
     near: Vec<Vec<u32>>,
     bodies: Vec<(f64, Vec<f64>)>,
-    /// How near a new body's centre may be to a surface, at most (m).
+    /// Largest distance of a new body's centre from a surface at which the two may be too near (m).
     reach: f64,
     gap: f64,
     /// The obstacles.
@@ -141,7 +141,7 @@ impl Taken {
     }
 }
 
-/// A number from 0 up to, not including, 1: the 53 bits that a number between holds.
+/// A uniform random number from 0 to below 1, of 53 bits.
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
@@ -159,7 +159,7 @@ pub(super) fn scatter(
     let mut uniform = || uniform(&mut random);
     bodies.sort_by(|a, b| b.shape.bounding_diameter().total_cmp(&a.shape.bounding_diameter()));
     let diameters: Vec<f64> = bodies.iter().map(|made| made.shape.bounding_diameter()).collect();
-    // Far beyond what any packing reaches nothing is tried.
+    // Nothing is tried far beyond the densest packing.
     let densest = if case.dimension() == 2 { 0.86 } else { 0.70 };
     if count > 1 && covered(region, &diameters, gap) > densest {
         return Err(Fault { key: key.to_owned(), message: shortage(swarm, &bodies, &diameters) });
@@ -210,7 +210,7 @@ fn covered(region: &Region, diameters: &[f64], gap: f64) -> f64 {
     diameters.iter().map(volume).sum::<f64>() / whole
 }
 
-/// How a swarm fails to fit, and what to do.
+/// Message for a swarm that does not fit, with the cure.
 fn shortage(swarm: &Scatter, bodies: &[Made], diameters: &[f64]) -> String {
     let Scatter { count, region, gap, .. } = swarm;
     let most = if region.min.len() == 2 { "80 % in 2D" } else { "60 % in 3D" };

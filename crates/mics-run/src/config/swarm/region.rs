@@ -45,8 +45,8 @@ impl Region {
         Ok(())
     }
 
-    /// Where the centre of a body of this diameter (m) may lie in it, by axis: from, and how far
-    /// (m); `None` without room.
+    /// Range of the centre of a body of this diameter (m) in it, by axis: start and length (m);
+    /// `None` without room.
     pub(in crate::config) fn room(
         &self,
         case: &Case,

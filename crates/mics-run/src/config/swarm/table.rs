@@ -61,7 +61,7 @@ pub(super) fn append(case: &mut Case, swarm: &Swarm, path: &Path, key: &str) -> 
             Some(row) => format!("that of line {}", lines[row]),
             None => format!("particle {first}"),
         };
-        // Those before this file were clear of each other.
+        // Bodies before this file were clear of each other.
         let line = second.checked_sub(listed).map_or(0, |row| lines[row]);
         return Err(source.refuse_line(line, &format!("the particle overlaps {other}: {words}")));
     }

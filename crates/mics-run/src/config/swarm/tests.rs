@@ -19,7 +19,7 @@ fn text(dimension: usize, keys: &str) -> String {
     )
 }
 
-/// The same with its swarms turned into particles, or key and message of its refusal.
+/// The case with its swarms turned into particles, or key and message of its refusal.
 fn expanded(dimension: usize, keys: &str, csv: &str) -> Result<Case, (String, String)> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("gravel.csv"), csv).unwrap();

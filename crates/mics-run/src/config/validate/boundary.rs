@@ -6,11 +6,11 @@ use crate::config::fault::{AXES, finite, short};
 /// Checks the conditions at the sides of the box.
 pub(super) fn boundary(case: &Case) -> Check {
     let dimension = case.dimension();
-    for (face, name) in FACES.into_iter().enumerate() {
+    for (number, name) in SIDES.into_iter().enumerate() {
         let key = format!("boundary.{name}");
-        let axis = face / 2;
-        let opposite = FACES[face ^ 1];
-        let Some(side) = case.boundary.side(face) else {
+        let axis = number / 2;
+        let opposite = SIDES[number ^ 1];
+        let Some(side) = case.boundary.side(number) else {
             ensure!(axis >= dimension, key, "missing: a 3D case needs bottom and top as well");
             continue;
         };
@@ -21,7 +21,7 @@ pub(super) fn boundary(case: &Case) -> Check {
         );
         match side {
             Side::Periodic => {
-                let paired = case.boundary.side(face ^ 1) == Some(&Side::Periodic);
+                let paired = case.boundary.side(number ^ 1) == Some(&Side::Periodic);
                 let cure = format!("set both {name} and {opposite} to \"periodic\", or neither");
                 ensure!(paired, key, "{name} is periodic and {opposite} is not: {cure}");
             }
@@ -56,13 +56,16 @@ fn balance(case: &Case) -> Check {
     if case.sides().any(|(_, side)| *side == Side::Outflow) {
         return Ok(());
     }
-    let Some((face, _)) = sides.find(|(_, side)| !side.inflow().is_empty()) else { return Ok(()) };
-    let fluxes = || case.sides().enumerate().map(|(face, (_, side))| side.flux(face, &case.domain));
+    let Some((number, _)) = sides.find(|(_, side)| !side.inflow().is_empty()) else {
+        return Ok(());
+    };
+    let fluxes =
+        || case.sides().enumerate().map(|(number, (_, side))| side.flux(number, &case.domain));
     let [enters, leaves] =
         [1.0, -1.0].map(|sign| fluxes().map(|flux| (sign * flux).max(0.0)).sum::<f64>());
     let unit = if case.dimension() == 2 { "m2/s" } else { "m3/s" };
-    let name = FACES[face];
-    let opposite = FACES[face ^ 1];
+    let name = SIDES[number];
+    let opposite = SIDES[number ^ 1];
     ensure!(
         (enters - leaves).abs() <= BALANCED * enters.max(leaves),
         format!("boundary.{name}"),
@@ -74,7 +77,7 @@ fn balance(case: &Case) -> Check {
     Ok(())
 }
 
-/// Part of what comes in by which that which goes out may differ from it: rounding.
+/// Part by which the inflow and the outflow of a box may differ: rounding.
 const BALANCED: f64 = 1e-12;
 
 /// Checks a profile of an inflow.

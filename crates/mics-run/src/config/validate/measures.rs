@@ -206,7 +206,7 @@ fn moment(case: &Case, measure: &Measure) -> Check {
         When::X(at) => (at, case.domain.size[0], "m"),
         When::Y(at) => (at, case.domain.size[1], "m"),
         When::Z(at) => (at, case.domain.size.get(2).copied().unwrap_or(0.0), "m"),
-        // What is never reached has no value.
+        // A measure at a time that is never reached has no value.
         When::Time(at) => (at, f64::INFINITY, "s"),
     };
     ensure!((0.0..=most).contains(&at), "when", "must be from 0 to {most:?} {unit}, not {at:?}");

@@ -89,7 +89,7 @@ fn shapes(flat: bool) -> Vec<Part> {
     all
 }
 
-/// How far two parts are apart along a direction.
+/// Distance of two parts along a direction.
 fn along(a: &Part, at: &Pose, b: &Part, to: &Pose, n: &Vector3<f64>) -> f64 {
     let reach = |part: &Part, pose: &Pose, n: &Vector3<f64>| {
         let side = Placed::new(part, pose);
@@ -172,7 +172,7 @@ fn overlap_changes_as_place_and_normal_say() {
                 let slope = (moved(h) - moved(-h)) / (2.0 * h);
                 let velocity = move_by + turn.cross(&(found.place - poses[0].place));
                 let expected = found.gain * (velocity + found.couple * turn).dot(&found.normal);
-                // Of two boxes without the slope of what nearly parallel edges count.
+                // The slope of two boxes lacks that of the weights of nearly parallel edges.
                 let boxes = [a, b].iter().all(|p| matches!(p.core, Core::Polytope(_))) && !flat;
                 let apart = (slope - expected).abs();
                 let limit = if boxes { 5e-4 } else { 1e-6 };

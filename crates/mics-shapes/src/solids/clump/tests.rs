@@ -16,7 +16,7 @@ fn two_balls_overlapping_have_exact_volume_and_inertia() {
         let exact = 8.0 / 3.0 * PI * r.powi(3) - PI * (4.0 * r + s) * (2.0 * r - s).powi(2) / 12.0;
         assert!((body.volume() / exact - 1.0).abs() < 1e-14, "{}", body.volume());
         assert!((body.balls[0].centre + 0.5 * s * Vector3::x()).norm() < 1e-15);
-        // Of each the discs from the cap's end to the plane between: about the axis.
+        // About the axis: the discs of each ball from the cap's end to the plane between.
         let t = 0.5 * s;
         let disc = |x: f64| (r.powi(4) * x) - 2.0 / 3.0 * r * r * x.powi(3) + 0.2 * x.powi(5);
         let axial = PI * (disc(r) + disc(t));

@@ -19,7 +19,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Of faces that close a surface.
+    /// The columns over faces that close a surface.
     pub fn new(dimension: usize, faces: Vec<Face>) -> Columns {
         let boxes = faces.iter().map(bounds_of).enumerate();
         let tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes);
@@ -60,7 +60,7 @@ fn above_segment([from, to, _]: &Face, x: &Vector3<f64>) -> i32 {
     if to.x < from.x { 1 } else { -1 }
 }
 
-/// The same of a triangle.
+/// 1 where a triangle with the solid below it lies above a place, -1 where it has it above.
 fn above_triangle(face: &Face, x: &Vector3<f64>) -> i32 {
     let turns = [0, 1, 2].map(|k| turn(&face[k], &face[(k + 1) % 3], x));
     if turns[0] != turns[1] || turns[0] != turns[2] {
@@ -72,8 +72,8 @@ fn above_triangle(face: &Face, x: &Vector3<f64>) -> i32 {
     if height > x.z { turns[0] } else { 0 }
 }
 
-/// On which side of an edge, seen from above, a place is: 1 on the left. The same number with the
-/// other sign for the edge the other way round.
+/// Side of an edge, seen from above, on which a place is: 1 on the left. The number changes its
+/// sign for the edge the other way round.
 fn turn(from: &Vector3<f64>, to: &Vector3<f64>, x: &Vector3<f64>) -> i32 {
     if (from.x, from.y) > (to.x, to.y) {
         return -turn(to, from, x);

@@ -1,10 +1,10 @@
-//! What the fluid meets of an obstacle, or of several that touch: one solid, whose walls each
-//! belong to one of them.
+//! The surface that the fluid meets of an obstacle, or of several that touch: one solid, whose
+//! walls each belong to one of them.
 //!
 //! ```text
-//!        :  pier  :        walls are those of the union. What several enclose counts once, and is
-//!    ____:_    ___:____    of the first of them; a place in none is of the one with the nearest
-//!     bed  :  :     bed    wall.
+//!        :  pier  :        walls are those of the union. A place that several enclose counts once
+//!    ____:_    ___:____    and belongs to the first of them; a place in none, to the one with the
+//!     bed  :  :     bed    nearest wall.
 //! ```
 //! Distances are from the nearest wall. A place is inside where the column above it leaves the
 //! solid more often than it enters, which no edge or corner makes uncertain; on a wall it is
@@ -12,7 +12,7 @@
 
 use super::columns::Columns;
 use super::walls;
-use super::{Face, Room};
+use super::{Extent, Face};
 use crate::boxes::{rim, rows};
 use crate::contact::faces::place;
 use crate::{Fault, Nearest, Tile};
@@ -31,7 +31,7 @@ const AT_EDGE: f64 = 1e-9;
 const ALIKE: f64 = 1e-6;
 
 /// The surface of one solid, in the axes of the domain.
-pub struct Surface {
+pub struct ObstacleSurface {
     dimension: usize,
     /// Diameter of the domain (m).
     size: f64,
@@ -46,9 +46,9 @@ pub struct Surface {
     members: Vec<Columns>,
 }
 
-impl Surface {
-    /// Of a closed surface (m) whose faces have the numbers of the `members` that they belong to,
-    /// and which holds its images along the periodic axes of `has_images`.
+impl ObstacleSurface {
+    /// Surface of a closed one (m) whose faces have the numbers of the `members` that they belong
+    /// to, and which holds its images along the periodic axes of `has_images`.
     ///
     /// # Errors
     /// When none of it is within the domain.
@@ -56,9 +56,9 @@ impl Surface {
         dimension: usize,
         faces: Vec<(Face, u32)>,
         members: Vec<Columns>,
-        room: &Room,
+        room: &Extent,
         has_images: &[bool; 3],
-    ) -> Result<Surface, Fault> {
+    ) -> Result<ObstacleSurface, Fault> {
         let mut images = vec![Vector3::zeros()];
         for a in (0..dimension).filter(|a| room.periodic[*a] && !has_images[*a]) {
             let own = images.clone();
@@ -74,7 +74,7 @@ impl Surface {
         let lengths = Vector3::from_fn(|a, _| if a < dimension { room.size[a] } else { 0.0 });
         let size = lengths.norm();
         let mesh = mesh_of(dimension, walls.iter().map(|(face, _)| face), size)?;
-        Ok(Surface { dimension, size, solid, images, walls, mesh, members })
+        Ok(ObstacleSurface { dimension, size, solid, images, walls, mesh, members })
     }
 
     /// Its walls, each with the number of the member that it belongs to.
@@ -173,13 +173,13 @@ impl Surface {
         first.map_or_else(|| self.walls[self.nearest_wall(x).1].1, |member| member as u32)
     }
 
-    /// How far it is from a place (m) in a direction of length 1 to a wall, within a distance (m).
+    /// Distance (m) from a place (m) along a direction of length 1 to a wall; none beyond `within`.
     pub fn meets(&self, from: &Vector3<f64>, along: &Vector3<f64>, within: f64) -> Option<f64> {
         self.mesh.cast_local_ray(&Ray::new(place(from), place(along)), within, false)
     }
 
-    /// How far it is from the middles of the walls of a member straight through the solid to
-    /// another wall, at least (m); infinite where there is none.
+    /// Least distance (m) from the middles of the walls of a member straight through the solid to
+    /// another wall; infinite where there is none.
     pub fn thickness(&self, number: u32) -> f64 {
         let off = 1e-6 * self.size;
         let through = |(wall, (face, _)): (usize, &(Face, u32))| {

@@ -5,8 +5,8 @@ use crate::Orientation;
 use crate::boxes::rows;
 use std::f64::consts::{PI, TAU};
 
-fn room(size: [f64; 3], periodic: [bool; 3]) -> Room {
-    Room { size: Vector3::from(size), periodic }
+fn room(size: [f64; 3], periodic: [bool; 3]) -> Extent {
+    Extent { size: Vector3::from(size), periodic }
 }
 
 /// Sums of what an obstacle fills of the cells of a grid: area or volume, and first moment.
@@ -145,7 +145,7 @@ fn ramp_in_duct_is_cut_at_sides() {
 #[test]
 fn solid_reaches_as_far_as_its_outline_beyond_its_walls() {
     // A flat bed: its wall is a line, and all below it is solid.
-    let room = Room { size: Vector3::new(2.0, 1.0, 1.0), periodic: [true, false, false] };
+    let room = Extent { size: Vector3::new(2.0, 1.0, 1.0), periodic: [true, false, false] };
     let bed = [[0.0, -1.0], [2.0, -1.0], [2.0, 0.25], [0.0, 0.25]];
     let bed = Obstacle::outlines(&[bed.to_vec()], &room).unwrap();
     let [low, high] = bed.bounds();
@@ -167,7 +167,7 @@ fn rectangle(low: [f64; 2], high: [f64; 2]) -> Vec<[f64; 2]> {
     vec![low, [high[0], low[1]], high, [low[0], high[1]]]
 }
 
-/// What a box with these ends fills of one about the origin: volume and first moment.
+/// Volume and first moment of the overlap of a box with these ends and one about the origin.
 fn overlap(low: &[f64; 3], high: &[f64; 3], half: &Vector3<f64>) -> (f64, Vector3<f64>) {
     let ends = |a: usize| [low[a].max(-half[a]), high[a].min(half[a])];
     let volume = (0..3).map(|a| (ends(a)[1] - ends(a)[0]).max(0.0)).product::<f64>();
@@ -315,7 +315,7 @@ fn obstacle_in_a_period_is_its_outline_and_all_images() {
     assert!((found.distance - 0.01).abs() < 1e-9, "{found:?}");
     let found = obstacle.nearest(&Vector3::new(0.31 - 0.5, 0.1 - 0.5, 0.0));
     assert!(found.distance < -0.09, "{found:?}");
-    // What is longer than a period overlaps with its images, and counts once.
+    // An obstacle longer than a period overlaps with its images, and counts once.
     let longer = Obstacle::outlines(&[rectangle([0.0, 0.2], [3.1, 0.4])], &own).unwrap();
     assert!((sums(&longer, [10, 10, 1]).0 - 0.2).abs() < 1e-10);
     assert!(longer.surface(0.03).iter().all(|patch| patch.normal.x == 0.0));

@@ -84,7 +84,7 @@ fn solids(faces: &[(Face, u32)]) -> Result<Vec<(Face, u32)>, Fault> {
     Ok(all)
 }
 
-/// The same of segments in the plane z = 0, the solid on their left.
+/// Outlines of what segments in the plane z = 0 enclose, the solid on their left.
 fn outlines(faces: &[(Face, u32)]) -> Vec<(Face, u32)> {
     let corners: Vec<Vector3<f64>> = faces.iter().map(|(face, _)| face[0]).collect();
     let size = corners.iter().map(|x| x.amax()).fold(0.0, f64::max);

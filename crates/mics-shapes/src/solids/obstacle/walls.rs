@@ -1,4 +1,4 @@
-//! What of a closed surface are walls: its part within the domain, with the images across periodic
+//! The walls of a closed surface: its part within the domain, with the images across periodic
 //! sides.
 //!
 //! ```text
@@ -9,7 +9,7 @@
 //!     :////////////////////:    on with their images.
 //! ```
 
-use super::{Face, Room};
+use super::{Extent, Face};
 use crate::{Fault, Lattice, Orientation, Tile};
 use nalgebra::Vector3;
 use std::cell::RefCell;
@@ -17,7 +17,7 @@ use std::cell::RefCell;
 /// Distance from a side (of the domain's size) within which a part of the surface lies on it.
 pub const ON_SIDE: f64 = 1e-9;
 
-/// How far images across periodic sides are kept (of the period).
+/// Distance beyond periodic sides up to which images are kept (of the period).
 const BESIDE: f64 = 0.25;
 
 /// The ends of faces along each axis (m).
@@ -34,7 +34,7 @@ fn moved(face: &Face, axis: usize, way: f64) -> Face {
 }
 
 /// Moves a closed surface (m) by whole periods so that its middle lies in the domain.
-pub fn bring_into_period(faces: &mut [Face], room: &Room) {
+pub fn bring_into_period(faces: &mut [Face], room: &Extent) {
     let [low, high] = ends(faces.iter());
     for a in (0..3).filter(|a| room.periodic[*a]) {
         let periods = (0.5 * (low[a] + high[a]) / room.size[a]).floor();
@@ -44,7 +44,7 @@ pub fn bring_into_period(faces: &mut [Face], room: &Room) {
     }
 }
 
-/// By periodic axis, how a surface, moved into its period, meets its own images there.
+/// Relation of a surface, moved into its period, to its own images along a periodic axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Across {
     /// It ends within the domain.
@@ -55,8 +55,8 @@ pub enum Across {
     Beyond,
 }
 
-/// How a surface (m) lies along a periodic axis.
-pub fn across(faces: &[Face], axis: usize, room: &Room) -> Across {
+/// Relation of a surface (m) to its images along a periodic axis.
+pub fn across(faces: &[Face], axis: usize, room: &Extent) -> Across {
     let [low, high] = ends(faces.iter());
     let period = room.size[axis];
     let on = ON_SIDE * room.size[axis];
@@ -83,7 +83,7 @@ pub fn across(faces: &[Face], axis: usize, room: &Room) -> Across {
 }
 
 /// Adds the images of a closed surface along an axis that reach as far as images are kept.
-pub fn add_images(faces: &mut Vec<(Face, u32)>, axis: usize, room: &Room) {
+pub fn add_images(faces: &mut Vec<(Face, u32)>, axis: usize, room: &Extent) {
     let own = faces.clone();
     let [low, high] = ends(own.iter().map(|(face, _)| face));
     let size = room.size[axis];
@@ -101,7 +101,7 @@ pub fn add_images(faces: &mut Vec<(Face, u32)>, axis: usize, room: &Room) {
 pub fn of(
     mut faces: Vec<(Face, u32)>,
     dimension: usize,
-    room: &Room,
+    room: &Extent,
     has_images: &[bool; 3],
 ) -> Vec<(Face, u32)> {
     for a in (0..dimension).filter(|a| room.periodic[*a]) {
@@ -120,13 +120,13 @@ pub fn of(
 }
 
 /// Whether a face lies on a side of the domain across an axis.
-fn is_flush(face: &Face, axis: usize, room: &Room) -> bool {
+fn is_flush(face: &Face, axis: usize, room: &Extent) -> bool {
     let on = ON_SIDE * room.size[axis];
     [0.0, room.size[axis]].iter().any(|side| face.iter().all(|x| (x[axis] - side).abs() <= on))
 }
 
 /// Whether a face is a wall: not on a side of the domain that is not periodic, nor beyond one.
-fn is_wall(face: &Face, dimension: usize, room: &Room) -> bool {
+fn is_wall(face: &Face, dimension: usize, room: &Extent) -> bool {
     !(0..dimension).filter(|a| !room.periodic[*a]).any(|a| {
         let size = room.size[a];
         let on = ON_SIDE * room.size[a];
@@ -145,9 +145,9 @@ pub fn bounds(
     walls: &[(Face, u32)],
     solid: &[Vector3<f64>; 2],
     dimension: usize,
-    room: &Room,
+    room: &Extent,
 ) -> Result<[Vector3<f64>; 2], Fault> {
-    // Of images beyond a periodic side nothing is within.
+    // No part of an image beyond a periodic side is within.
     let beyond = |face: &Face| {
         (0..dimension)
             .any(|a| face.iter().all(|x| x[a] >= room.size[a]) || face.iter().all(|x| x[a] <= 0.0))
@@ -169,7 +169,7 @@ pub fn bounds(
 
 /// Radius of the ball about a place (m) that holds all walls, images beyond periodic sides as far
 /// as they are kept.
-pub fn reach(walls: &[(Face, u32)], place: &Vector3<f64>, dimension: usize, room: &Room) -> f64 {
+pub fn reach(walls: &[(Face, u32)], place: &Vector3<f64>, dimension: usize, room: &Extent) -> f64 {
     let [low, high] = ends(walls.iter().map(|(face, _)| face));
     let wide = |a: usize| if room.periodic[a] { BESIDE * room.size[a] } else { 0.0 };
     let farthest = Vector3::from_fn(|a, _| {
@@ -191,7 +191,7 @@ thread_local! {
 /// domain divides end at the side: beyond it an obstacle goes on as it is there.
 pub fn within(
     lattice: &Lattice,
-    room: &Room,
+    room: &Extent,
     origin: &Vector3<f64>,
     take: impl FnOnce(&[Vec<f64>; 3]),
 ) {
@@ -218,7 +218,7 @@ pub fn within(
     });
 }
 
-/// What is filled of the whole of a box of which a part has been `found`, by the `planes` of both
+/// The filled part of the whole of a box of which a part has been `found`, by the `planes` of both
 /// (m).
 pub fn beyond(found: &Tile, planes: &[Vec<f64>; 3], parts: &[Vec<f64>; 3]) -> Tile {
     let mut moment = found.moment;

@@ -31,7 +31,7 @@ fn square_and_its_rounding_have_exact_moments() {
 #[test]
 fn many_sides_are_a_disc() {
     let n = 64;
-    // Of equal area.
+    // Radius of a polygon of the unit disc's area.
     let radius = (PI / (0.5 * n as f64 * (TAU / n as f64).sin())).sqrt();
     let body = Polygon::new(&regular(n, radius), 0.0).unwrap();
     assert!((body.volume() - PI).abs() < 1e-13);

@@ -2,7 +2,7 @@ use super::*;
 use crate::Orientation;
 use crate::scatter::{counted, feet, lattice, scatter};
 use crate::surface::patches;
-use crate::{Obstacle, Room};
+use crate::{Extent, Obstacle};
 
 /// A box turned by a vector (rad).
 fn cuboid(half: Vector3<f64>, turn: Vector3<f64>) -> Vec<[Vector3<f64>; 3]> {
@@ -103,7 +103,7 @@ fn boxes_of_a_turned_lattice_sum_to_the_polyhedron() {
     }
 }
 
-/// Of a point anywhere the grid finds what a loop over all faces does.
+/// The grid finds for a point anywhere what a loop over all faces does.
 #[test]
 fn nearest_face_by_the_grid_is_the_nearest_of_all() {
     let body = Polyhedron::new(&stone(102), 0.0).unwrap().solid;
@@ -149,7 +149,7 @@ fn faults_of_polyhedra_say_what_is_wrong() {
     assert!(fault(&[[f64::NAN * Vector3::x(); 3]], 0.0).contains("triangle 1"));
     let cube = cuboid(Vector3::repeat(0.5), Vector3::zeros());
     assert!(fault(&cube, 0.6).contains("rounding"));
-    // Of a cube with a dent the hull is the cube.
+    // The hull of a cube with a dent is the cube.
     let mut dented = cube;
     let corner = dented[0];
     let middle = Vector3::new(3.0, 1.0, -2.0);
@@ -166,7 +166,7 @@ fn nearest_point_of_polyhedron_is_that_of_its_triangles() {
     let plate = cuboid(Vector3::new(0.9, 0.5, 0.05), Vector3::new(0.3, 1.0, -0.4));
     for mesh in [stone(60), stone(300), plate] {
         let body = Polyhedron::new(&mesh, 0.0).unwrap();
-        let room = Room { size: Vector3::repeat(20.0), periodic: [false; 3] };
+        let room = Extent { size: Vector3::repeat(20.0), periodic: [false; 3] };
         let middle = Vector3::repeat(10.0);
         let moved: Vec<_> =
             body.triangles(1.0).iter().map(|t| t.map(|corner| corner + middle)).collect();

@@ -1,4 +1,4 @@
-//! What is refused of shapes: key, file and place, and the cure.
+//! Refusals of shapes: key, file and place, and the cure.
 
 use super::{body, brick, loaded, near, refusal, stl, stone, text};
 

@@ -9,15 +9,15 @@ use super::Taken;
 use mics_shapes::Nearest;
 use nalgebra::Vector3;
 
-/// After so many sweeps over all pairs what overlaps has to be less than this part of what it was
-/// so many before, or the swarm is said not to fit: packings near the densest need hundreds.
+/// Sweeps over all pairs, and the part of the overlap before them that may be left after them; with
+/// more the swarm does not fit. Packings near the densest need hundreds.
 const PATIENCE: (usize, f64) = (100, 0.8);
 
-/// Bodies that are visited at most, in all sweeps together: a minute's.
+/// Most visits of bodies in all sweeps together: about a minute's.
 const MOST_VISITS: usize = 10_000_000;
 
-/// How much farther than they must bodies are moved, of their overlap and of their reach: without
-/// it the last overlaps would die away for ever.
+/// Excess of the distance by which bodies are moved apart, as parts of their overlap and of their
+/// reach: without it the last overlaps would decay without end.
 const EXCESS: [f64; 2] = [0.2, 1e-6];
 
 /// Moves the bodies from `first` on apart, each within its room (from, and how far along each axis,
@@ -41,7 +41,7 @@ pub(super) fn part(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -
     false
 }
 
-/// One sweep over all pairs; how much they overlapped, of their reach, all together.
+/// One sweep over all pairs; returns the sum of their overlaps, each as a part of its reach.
 fn sweep(taken: &mut Taken, first: usize, rooms: &[Vec<(f64, f64)>]) -> f64 {
     let bodies = std::mem::take(&mut taken.bodies);
     taken.near.iter_mut().for_each(Vec::clear);

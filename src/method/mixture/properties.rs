@@ -4,7 +4,7 @@
 //!   rho = rho_f + sum_k alpha_k (rho_k - rho_f)                    (1), viscosity alike
 //! ```
 
-use super::Mics2003;
+use super::MixtureMethod;
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
@@ -13,7 +13,7 @@ use crate::grid::{Boundaries, Coefficient};
 use crate::particles::Body;
 use crate::state::State;
 
-impl<const D: usize> Mics2003<D> {
+impl<const D: usize> MixtureMethod<D> {
     /// Density and viscosity of the mixture, `1/rho` on faces, and what the drive acts on.
     /// Collective.
     pub(super) fn mix_fields(&mut self, domain: &mut Domain<D>, s: &State<D>) -> Result<()> {

@@ -10,9 +10,9 @@
 //!         v_k = V_k, and V_k + omega_k x r where the boundary cuts the cell
 //!   p   = p_f + sum_k alpha_k (mean of p in k - p_f)                   (28, 29)
 //! ```
-//! What (27) takes from the fluid, `sum_c rho alpha_k (u_f - v_k) dV/dt`, is another measure of the
-//! force, and moves nothing. The method does not conserve the momentum of fluid and particles
-//! together: `docs/mixture.md` has its faults.
+//! The force by which (27) acts on the fluid, `sum_c rho alpha_k (u_f - v_k) dV/dt`, is another
+//! measure of the force on the particle, and moves nothing. The method does not conserve the
+//! momentum of fluid and particles together: `docs/mixture.md` has its faults.
 
 mod force;
 mod impose;
@@ -20,9 +20,9 @@ mod motion;
 mod properties;
 
 use super::flow::{Flow, NoBodies};
-use super::momentum::{Hears, Mixture};
+use super::momentum::{Hears, MixtureProperties};
 use super::prediction::{Prediction, Walls, Within};
-use super::{Kind, Method};
+use super::{Method, MethodKind};
 use crate::Result;
 use crate::clock::Stage;
 use crate::contact::Contacts;
@@ -35,14 +35,14 @@ use crate::method::vector;
 use crate::particles::{Accelerations, Body, nearest_image};
 use crate::petsc::LogStage;
 use crate::poisson::pressure::Projected;
-use crate::reach::Reach;
+use crate::reach::BodyRanks;
 use crate::scheme::Scheme;
 use crate::state::{Exchange, State};
 use crate::sums::{BodySums, Messages};
 use nalgebra::Vector3;
 
 /// The method of the paper.
-pub struct Mics2003<const D: usize> {
+pub struct MixtureMethod<const D: usize> {
     flow: Flow<D>,
     /// The law of contacts, where the case has one and a particle is free.
     contacts: Option<Contacts>,
@@ -50,17 +50,17 @@ pub struct Mics2003<const D: usize> {
     overlaps: Vec<Vec<Overlap>>,
     /// Scratch of what a body fills.
     planes: [Vec<f64>; 3],
-    /// Per overlap, what the mixing adds to the velocity (m/s): found for all before any is added.
-    kicks: Vec<Vec<Vector3<f64>>>,
+    /// Per overlap, the change of the velocity by (27) (m/s): found for all before any is added.
+    velocity_changes: Vec<Vec<Vector3<f64>>>,
     departures: Vec<motion::Departure>,
     accelerations: Vec<Accelerations>,
     sums: Sums,
     /// Which bodies reach which ranks, and where they lay when that was found last.
-    reach: Reach,
+    reach: BodyRanks,
     places: Vec<Vector3<f64>>,
 }
 
-/// The sides of the box, and what the terms of (7) are told to.
+/// The sides of the box, and the observer of the terms of (7).
 struct Heard<'a, const D: usize> {
     hears: Hears<'a, D>,
 }
@@ -84,7 +84,7 @@ impl<const D: usize> Walls<D> for Heard<'_, D> {
     }
 }
 
-/// What ranks sum of each body.
+/// Sums over the ranks for each body, and the scratch of their messages.
 struct Sums {
     pushes: BodySums<motion::Push>,
     pressures: BodySums<impose::MeanPressure>,
@@ -92,9 +92,9 @@ struct Sums {
     messages: Messages,
 }
 
-impl<const D: usize> Method<D> for Mics2003<D> {
-    fn kind(&self) -> Kind {
-        Kind::Mixing
+impl<const D: usize> Method<D> for MixtureMethod<D> {
+    fn kind(&self) -> MethodKind {
+        MethodKind::Mixture
     }
 
     fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
@@ -145,7 +145,7 @@ impl<const D: usize> Method<D> for Mics2003<D> {
         self.flow.find_acceleration(domain, s);
     }
 
-    fn mixture(&self) -> &Mixture {
+    fn mixture(&self) -> &MixtureProperties {
         &self.flow.mixture
     }
 
@@ -173,42 +173,48 @@ impl<const D: usize> Method<D> for Mics2003<D> {
         self.overlaps.get(k).map(Vec::as_slice)
     }
 
-    fn mix_in(&mut self, domain: &mut Domain<D>, s: &mut State<D>, ids: &[usize]) -> Result<()> {
+    fn impose_inserted(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        ids: &[usize],
+    ) -> Result<()> {
         let all = s.bodies.iter().zip(&self.overlaps);
         for (body, overlaps) in all.filter(|(body, _)| ids.contains(&body.id)) {
             for o in overlaps {
                 let share = o.fraction * body.density / self.flow.mixture.density.at(o.cell);
-                let kick = share * (body.velocity + body.spin.cross(&o.arm) - vector(&s.u, o.cell));
-                s.u.iter_mut().enumerate().for_each(|(axis, u)| u[o.cell] += kick[axis]);
+                let change =
+                    share * (body.velocity + body.spin.cross(&o.arm) - vector(&s.u, o.cell));
+                s.u.iter_mut().enumerate().for_each(|(axis, u)| u[o.cell] += change[axis]);
             }
         }
         domain.boundaries.fill_velocity(&mut s.u)
     }
 }
 
-impl<const D: usize> Mics2003<D> {
+impl<const D: usize> MixtureMethod<D> {
     /// The method for bodies whose mixture with the fluid has the terms `momentum` of (7).
     /// [`Method::start`] or [`Method::resume`] comes next.
     pub fn new(
         domain: &Domain<D>,
         bodies: &[Body],
-        mixture: Mixture,
+        mixture: MixtureProperties,
         prediction: Prediction<D>,
         contacts: Option<Contacts>,
-    ) -> Mics2003<D> {
+    ) -> MixtureMethod<D> {
         let grid = &domain.grid;
-        // Of several ranks a body touches few: there it takes room as it comes.
+        // A body touches few of several ranks: there it takes room as it comes.
         let alone = grid.local == grid.cells;
         let room = |b: &Body| if alone { fraction::most_cells(grid, b.radius()) } else { 0 };
         let room: Vec<usize> = bodies.iter().map(room).collect();
         let mut flow = Flow::new(domain, mixture, prediction, true);
         flow.solid = matches!(domain.drive, Some(Drive::Fluid(_))).then(|| grid.field());
-        Mics2003 {
+        MixtureMethod {
             flow,
             contacts,
             planes: std::array::from_fn(|_| Vec::new()),
             overlaps: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
-            kicks: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
+            velocity_changes: room.iter().map(|&n| Vec::with_capacity(n)).collect(),
             departures: vec![motion::Departure::default(); bodies.len()],
             accelerations: vec![Accelerations::default(); bodies.len()],
             sums: Sums {
@@ -217,7 +223,7 @@ impl<const D: usize> Mics2003<D> {
                 exchanged: BodySums::with_capacity(bodies.len()),
                 messages: Messages::default(),
             },
-            reach: Reach::new(domain.session.rank(), domain.session.size(), bodies.len()),
+            reach: BodyRanks::new(domain.session.rank(), domain.session.size(), bodies.len()),
             places: bodies.iter().map(|b| b.centre).collect(),
         }
     }
@@ -278,7 +284,7 @@ impl<const D: usize> Mics2003<D> {
         predicted
     }
 
-    /// Fixed bodies stay, and the fractions of those that only turn. Collective.
+    /// Moves the bodies: fixed ones stay, and the fractions of those that only turn. Collective.
     fn move_particles(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<()> {
         let _logged = domain.session.log(LogStage::Bodies)?;
         self.depart(domain, s)?;

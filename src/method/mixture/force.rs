@@ -1,6 +1,6 @@
 //! The force on each particle as printed, (19), in its three parts.
 
-use super::Mics2003;
+use super::MixtureMethod;
 use crate::clock::Stage;
 use crate::domain::Domain;
 use crate::geometry::Overlap;
@@ -36,14 +36,14 @@ pub(super) fn add_force<const D: usize>(
             }
         }
         match term {
-            Term::Convective => exchange.convective += body.density * flux,
+            Term::Convective => exchange.remainder += body.density * flux,
             Term::Viscous => exchange.viscous += body.density * flux,
         }
         exchange.literal_torque += body.density * swirl;
     }
 }
 
-impl<const D: usize> Mics2003<D> {
+impl<const D: usize> MixtureMethod<D> {
     /// Adds the pressure part of (19), the gradient taken at cells as (16) takes it.
     pub(super) fn sum_pressure_force(&self, domain: &mut Domain<D>, s: &mut State<D>) {
         let grid = &domain.grid;

@@ -1,6 +1,6 @@
 //! (27), the wall, and (28, 29), the pressure inside.
 
-use super::{Mics2003, Sums};
+use super::{MixtureMethod, Sums};
 use crate::Result;
 use crate::domain::Domain;
 use crate::method::vector;
@@ -8,7 +8,7 @@ use crate::state::{Exchange, State};
 use crate::sums::Summed;
 use nalgebra::Vector3;
 
-/// What a body's mean pressure is of.
+/// Sums whose ratio is a body's mean pressure.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MeanPressure {
     /// `sum alpha p` (Pa).
@@ -24,7 +24,7 @@ impl Summed for MeanPressure {
     }
 }
 
-impl<const D: usize> Mics2003<D> {
+impl<const D: usize> MixtureMethod<D> {
     /// (27): mixes the bodies' rigid motion into the cells they touch, their rotation into those
     /// that their surface cuts, and counts what that removes from the fluid over `dt` (s).
     pub(super) fn impose(&mut self, domain: &Domain<D>, s: &mut State<D>, dt: f64) {
@@ -32,26 +32,26 @@ impl<const D: usize> Mics2003<D> {
         let per_time = domain.grid.cell_volume() / dt;
         let lead = domain.session.rank() == 0;
         for (k, body) in s.bodies.iter().enumerate() {
-            let kicks = &mut self.kicks[k];
+            let velocity_changes = &mut self.velocity_changes[k];
             let exchange = &mut s.exchange[k];
-            kicks.clear();
+            velocity_changes.clear();
             if body.freedom().is_none() && lead {
                 exchange.driven = body.mass() * (body.velocity - self.departures[k].velocity) / dt;
                 exchange.momentum += exchange.driven;
             }
             for o in &self.overlaps[k] {
                 let turning = if o.is_cut() { body.spin.cross(&o.arm) } else { Vector3::zeros() };
-                let kick = o.fraction * (body.velocity + turning - vector(&s.u, o.cell));
-                let df = -(per_time * density.at(o.cell)) * kick;
+                let change = o.fraction * (body.velocity + turning - vector(&s.u, o.cell));
+                let df = -(per_time * density.at(o.cell)) * change;
                 exchange.momentum += df;
                 exchange.momentum_torque += o.arm.cross(&df);
-                kicks.push(kick);
+                velocity_changes.push(change);
             }
         }
-        for (overlaps, kicks) in self.overlaps.iter().zip(&self.kicks) {
-            for (o, kick) in overlaps.iter().zip(kicks) {
+        for (overlaps, velocity_changes) in self.overlaps.iter().zip(&self.velocity_changes) {
+            for (o, change) in overlaps.iter().zip(velocity_changes) {
                 for axis in 0..D {
-                    s.u[axis][o.cell] += kick[axis];
+                    s.u[axis][o.cell] += change[axis];
                 }
             }
         }
@@ -67,16 +67,16 @@ impl<const D: usize> Mics2003<D> {
         };
         let Sums { pressures, messages, .. } = &mut self.sums;
         let means = pressures.sum_here(&domain.session, &self.reach, messages, own)?;
-        for ((overlaps, kicks), MeanPressure { sum, weight }) in
-            self.overlaps.iter().zip(&mut self.kicks).zip(means)
+        for ((overlaps, velocity_changes), MeanPressure { sum, weight }) in
+            self.overlaps.iter().zip(&mut self.velocity_changes).zip(means)
         {
-            kicks.clear();
-            kicks.extend(
+            velocity_changes.clear();
+            velocity_changes.extend(
                 overlaps.iter().map(|o| Vector3::x() * (o.fraction * (*sum / *weight - p[o.cell]))),
             );
         }
-        for (overlaps, kicks) in self.overlaps.iter().zip(&self.kicks) {
-            overlaps.iter().zip(kicks).for_each(|(o, kick)| p[o.cell] += kick.x);
+        for (overlaps, velocity_changes) in self.overlaps.iter().zip(&self.velocity_changes) {
+            overlaps.iter().zip(velocity_changes).for_each(|(o, change)| p[o.cell] += change.x);
         }
         Ok(())
     }

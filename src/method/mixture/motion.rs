@@ -7,7 +7,7 @@
 //!   omega^(n+1) = I^-1 [ I^n omega^n + dt T + J_T ]           J, J_T: impulses of the contacts
 //! ```
 
-use super::{Mics2003, Sums};
+use super::{MixtureMethod, Sums};
 use crate::Result;
 use crate::domain::Domain;
 use crate::method::collision::refuse_collisions;
@@ -39,7 +39,7 @@ pub(super) struct Departure {
     turned: Vector3<f64>,
 }
 
-impl<const D: usize> Mics2003<D> {
+impl<const D: usize> MixtureMethod<D> {
     /// Finds the acceleration of each free particle by fluid and gravity, at the old place with the
     /// new flow, to be kept over the step. Collective.
     pub(super) fn depart(&mut self, domain: &Domain<D>, s: &State<D>) -> Result<()> {
@@ -66,7 +66,7 @@ impl<const D: usize> Mics2003<D> {
             let acceleration = push.force / body.mass() + domain.fluid.gravity * buoyant;
             *accelerations = Accelerations {
                 acceleration: freedom.along(&acceleration),
-                angular: freedom.about(&body.inertia().inverse_mass(&push.torque, &freedom)),
+                angular: freedom.about(&body.inertia().spin_change(&push.torque, &freedom)),
             };
         }
         Ok(())
@@ -116,16 +116,16 @@ impl<const D: usize> Mics2003<D> {
             let Some(freedom) = body.freedom() else { continue };
             let departure = &self.departures[k];
             let Accelerations { acceleration, angular } = self.accelerations[k];
-            // The same angular momentum is another spin once it has turned.
+            // A body that has turned has another spin at the same angular momentum.
             let kept = departure.turned - body.inertia().of(&departure.spin);
-            let turned = body.inertia().inverse_mass(&kept, &freedom);
+            let turned = body.inertia().spin_change(&kept, &freedom);
             body.velocity = departure.velocity
                 + dt * acceleration
                 + freedom.along(&impulse.linear) / body.mass();
             body.spin = departure.spin
                 + dt * angular
                 + turned
-                + body.inertia().inverse_mass(&impulse.angular, &freedom);
+                + body.inertia().spin_change(&impulse.angular, &freedom);
         }
     }
 }
