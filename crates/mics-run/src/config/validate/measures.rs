@@ -96,9 +96,8 @@ fn check(measure: &Measure, case: &Case, own: bool) -> Check {
     );
     particles(case, measure)?;
     if let Some(direction) = &measure.direction {
-        let holds = kind.is_of_force() && !kind.fits_morison();
         ensure!(
-            holds,
+            kind.has_direction(),
             "direction",
             "is of forces: drag, lift, strouhal, force, torque and force_noise"
         );
@@ -130,9 +129,8 @@ fn particles(case: &Case, measure: &Measure) -> Check {
     let kind = measure.kind;
     let count = case.particle.len();
     if measure.obstacle.is_some() {
-        let holds = kind.is_of_force() && !kind.fits_morison();
         ensure!(
-            holds,
+            kind.has_direction(),
             "obstacle",
             "is for forces: drag, lift, strouhal, force, torque, force_noise"
         );
