@@ -40,9 +40,15 @@ impl Disc {
         vec![(0..corners).map(rim).collect()]
     }
 
-    /// Radius of a circle about its centre that has room for writing.
+    /// Radius of a circle about its centre that has room for writing, up to its outermost edges.
     pub fn room(&self) -> f64 {
-        let edges = self.outline.iter().flat_map(|ring| edges(ring));
+        let outer = |(a, b): &(Point, Point)| {
+            let middle = [0, 1].map(|k| 0.5 * (a[k] + b[k]));
+            // Within the ring that it is an edge of, it is at most once.
+            self.outline.iter().filter(|ring| within(std::slice::from_ref(*ring), middle)).count()
+                < 2
+        };
+        let edges = self.outline.iter().flat_map(|ring| edges(ring)).filter(outer);
         edges.map(|(a, b)| to_segment([0.0; 2], a, b)).fold(self.radius, f64::min)
     }
 

@@ -167,7 +167,7 @@ mod tests {
             2 => ["[2.0, 1.0]", ""],
             _ => ["[2.0, 1.0, 1.0]", "bottom = \"wall\"\ntop = \"wall\"\n"],
         };
-        let cells = size.replace(".0", "0");
+        let cells = size.replace(".0", "00");
         mics_run::config::written(&format!(
             "name = \"t\"\ntime.end = 1.0\ndomain = {{ size = {size}, cells = {cells} }}\n\
             fluid = {{ density = 1.0, viscosity = 0.1 }}\n[boundary]\nwest = \"periodic\"\n\
