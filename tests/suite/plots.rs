@@ -280,12 +280,36 @@ fn figures_of_forces_speeds_and_paths_choose_particles() {
             ["--figure", "vorticity", "--particle", "0"],
             "--figure paths, forces, force-parts or speeds",
         ),
+        (["--figure", "solids", "--bodies", "size"], "solids needs three dimensions"),
+        (["--figure", "solids", "--eye", "0,0,0"], "give a direction X,Y,Z"),
+        (["--figure", "forces", "--eye", "1,0,0"], "--eye is of --figure solids"),
     ] {
         let output = mics(&[&["plot", folder], &words[..]].concat());
         let message = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{words:?}: {message}");
         assert!(message.contains(said), "{words:?}: {message}");
     }
+}
+
+#[test]
+fn solids_of_a_3d_run_are_drawn_with_its_other_figures() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("shapes");
+    let short = ["--set", "time.end=2e-4", "--set", "output.figures=true"];
+    run(&shipped("ci/golden/shapes-3d.toml"), &out, &short);
+    let svg = || std::fs::read_to_string(out.join("figures/solids.svg")).unwrap();
+    assert!(svg().contains(">\nz, 0.06 m\n<") && svg().contains("diameter (m)"));
+    let from_above = plotted(&[
+        out.to_str().unwrap(),
+        "--figure",
+        "solids",
+        "--eye=0,0,1",
+        "--bodies",
+        "material",
+    ]);
+    assert_eq!(from_above.len(), 2);
+    // The upright edges are seen end on.
+    assert!(!svg().contains("z, 0.06 m") && svg().contains("x, 0.08 m"));
 }
 
 #[test]

@@ -89,6 +89,7 @@ impl Sheet {
         anchor: (HPos, VPos),
         turn: FontTransform,
     ) {
+        register_fonts();
         let font = ("sans-serif", size).into_font().transform(turn);
         let style = font.color(&INK).pos(Pos::new(anchor.0, anchor.1));
         // Neither backend centres on the digits: both leave them too high.
@@ -106,7 +107,6 @@ impl Sheet {
 
     /// Writes a sheet of that width and height as `STEM.png` and `STEM.svg`, returns their paths.
     pub fn write(&self, size: Pixel, stem: &Path) -> Result<[PathBuf; 2]> {
-        register_fonts();
         let size = ((size.0 / SCALE) as u32, (size.1 / SCALE) as u32);
         let paths = ["png", "svg"].map(|extension| {
             let mut name = stem.as_os_str().to_owned();
@@ -166,7 +166,6 @@ impl Sheet {
     /// The pixels of a sheet of that width and height, three bytes each, and how many there are in
     /// width and height.
     pub fn pixels(&self, size: Pixel) -> Result<(Vec<u8>, (u32, u32))> {
-        register_fonts();
         let size = ((size.0 / SCALE) as u32, (size.1 / SCALE) as u32);
         let drawn =
             self.pixels_of(size).map_err(|error| Error::io("a frame")(io::Error::other(error)));
@@ -199,7 +198,6 @@ impl Sheet {
 
     /// A sheet of that width and height as SVG text.
     pub fn svg(&self, size: Pixel) -> Result<String> {
-        register_fonts();
         let size = ((size.0 / SCALE) as u32, (size.1 / SCALE) as u32);
         self.svg_text(size).map_err(|error| Error::io("a figure")(io::Error::other(error)))
     }

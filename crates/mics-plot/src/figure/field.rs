@@ -140,15 +140,23 @@ impl<'a> Field<'a> {
 /// The axes of colour bars of a height: of a palette of what is shown of the flow, and of what the
 /// colours of particles say.
 pub fn bars(palette: &Palette, label: &str, scale: Option<&Scale>, tall: i32) -> Vec<Axis> {
-    let ticks = (tall / (70 * SCALE)).max(4);
-    let particles = scale.filter(|scale| scale.range[0] < scale.range[1]).map(|scale| {
+    let flow = Axis::linear(palette.range.clone(), label, ticks(tall));
+    [flow].into_iter().chain(particle_bar(scale, tall)).collect()
+}
+
+/// The axis of the colour bar of particles, where their colours say something.
+pub fn particle_bar(scale: Option<&Scale>, tall: i32) -> Option<Axis> {
+    scale.filter(|scale| scale.range[0] < scale.range[1]).map(|scale| {
         let [low, high] = scale.range;
         match scale.names.len() {
-            0 => Axis::linear(low..high, &scale.label, ticks),
+            0 => Axis::linear(low..high, &scale.label, ticks(tall)),
             _ => Axis::of_names(&scale.label, scale.names.iter().map(|(_, name)| name.clone())),
         }
-    });
-    [Axis::linear(palette.range.clone(), label, ticks)].into_iter().chain(particles).collect()
+    })
+}
+
+fn ticks(tall: i32) -> i32 {
+    (tall / (70 * SCALE)).max(4)
 }
 
 /// Colour bars beside each other, from the upper left corner of the first; one of names is as tall
@@ -174,8 +182,13 @@ pub fn draw_bars(sheet: &mut Sheet, bars: &[Frame], palette: &Palette, scale: Op
     if let Some(bar) = bars.next() {
         palette.bar(sheet, bar);
     }
+    draw_particle_bars(sheet, bars.as_slice(), scale);
+}
+
+/// Draws the colour bar of particles, where there is one.
+pub fn draw_particle_bars(sheet: &mut Sheet, bars: &[Frame], scale: Option<&Scale>) {
     let particles = Palette::particles(scale);
-    for (bar, scale) in bars.zip(scale) {
+    for (bar, scale) in bars.iter().zip(scale) {
         if scale.names.is_empty() {
             particles.bar(sheet, bar);
         } else {

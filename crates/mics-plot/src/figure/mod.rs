@@ -3,10 +3,10 @@
 //!
 //! [`vorticity`], [`streamlines`] and [`field()`] draw a plane of the flow, [`vorticity_strip`],
 //! [`streamlines_strip`] and [`field_strip`] several of one scene side by side, [`film()`] one
-//! after the other, [`curves()`] draws series over axes and [`chart()`] several such plots in one
-//! figure. `canvas` turns one description into both files, or into a frame; `field`, `strip`,
-//! `film` and `curves` describe, in `frame`s with `axis`es, with what `paint` knows of flows;
-//! `trace` finds evenly spaced streamlines, `contour` contour lines.
+//! after the other, [`shaded()`] surfaces in 3D, [`curves()`] series over axes and [`chart()`]
+//! several such plots in one figure. `canvas` turns one description into both files, or into a
+//! frame; `field`, `strip`, `film` and `curves` describe, in `frame`s with `axis`es, with what
+//! `paint` knows of flows; `trace` finds evenly spaced streamlines, `contour` contour lines.
 
 mod axis;
 mod canvas;
@@ -17,6 +17,7 @@ mod field;
 mod film;
 mod frame;
 mod paint;
+mod shaded;
 mod strip;
 mod trace;
 
@@ -27,6 +28,7 @@ pub use cut::{Disc, in_plane};
 pub use field::{field, streamlines, streamlines_svg, vorticity, vorticity_svg};
 pub use film::{Format, film};
 pub use paint::shared_range;
+pub use shaded::{Scene, Solid, Surface, shaded};
 pub use strip::{field_strip, streamlines_strip, vorticity_strip};
 
 /// A plane cut of the flow for drawing: cell values, x fastest.

@@ -88,7 +88,7 @@ impl Colours {
     }
 
     /// Where a particle is between the lightest and the darkest.
-    fn shade(&self, materials: &[&str], particle: &Particle, pose: &Pose) -> f64 {
+    pub fn shade(&self, materials: &[&str], particle: &Particle, pose: &Pose) -> f64 {
         let value = match self.by {
             Bodies::Size => particle.shape.diameter(),
             Bodies::Speed => pose.speed,

@@ -22,6 +22,7 @@ mod reynolds;
 mod rows;
 mod section;
 mod slice;
+mod solids;
 mod view;
 
 use crate::figure::{self, Chart};
@@ -38,6 +39,7 @@ use std::path::{Path, PathBuf};
 
 pub(super) use convergence::{Solve, StepSolves, convergence};
 pub use discs::Bodies;
+use discs::Colours;
 pub(super) use fields::{
     Look, dated, evenly, nearest, newest_snapshot, plane, sections, snapshots,
 };
@@ -209,6 +211,10 @@ fn draw_figure(request: &Request, figure: Figure, runs: &[Run]) -> Result<Option
             let planes = planes(run)?;
             figure::streamlines_strip(&planes, &titled(&planes), &stem("streamlines_strip")?)?
         }
+        Figure::Solids => {
+            let Some(scene) = solid_scene(run, request)? else { return Ok(None) };
+            figure::shaded(&scene, &stem("solids")?)?
+        }
         Figure::Drag => return Ok(reynolds::drag(runs, &folder_of(request, runs)?)?.map(Vec::from)),
         Figure::Strouhal => {
             return Ok(reynolds::strouhal(runs, &folder_of(request, runs)?)?.map(Vec::from));
@@ -228,6 +234,24 @@ fn draw_figure(request: &Request, figure: Figure, runs: &[Run]) -> Result<Option
     Ok(Some(drawn.into()))
 }
 
+/// The scene of the bodies and obstacles of a 3D run in its last snapshot, or the one next to a
+/// time that is asked for; none where there is nothing to show.
+fn solid_scene(run: &Run, request: &Request) -> Result<Option<figure::Scene>> {
+    let case = &run.case;
+    if case.dimension() != 3 || !case.has_bodies() {
+        return Ok(None);
+    }
+    let path = Last::snapshot(run, request.times.last().copied())?;
+    let time = Snapshot::time_of(&path)?;
+    let poses = bodies::of(&path, case.particle.len())?;
+    let fastest = poses.values().map(|pose| pose.speed).fold(0.0, f64::max);
+    let colours = Colours::of(request.view.bodies.unwrap_or_default(), case, fastest);
+    let eye = if let [x, y, z] = request.eye[..] { Some([x, y, z]) } else { None };
+    let title = format!("{}, t = {} s", case.name, rounded(time));
+    let place = |id: usize| poses.get(&id).copied();
+    Ok(Some(solids::scene(case, &place, &colours, eye, title)))
+}
+
 /// Draws the colours of a field of a run alone.
 fn draw_field(request: &Request, runs: &[Run], run: &Run) -> Result<Vec<PathBuf>> {
     let frames = match (&request.times[..], newest_snapshot(&run.folder)?) {
@@ -245,16 +269,17 @@ struct Last {
 }
 
 impl Last {
+    /// The last snapshot of a run, or the one next to a time (s).
+    fn snapshot(run: &Run, time: Option<f64>) -> Result<PathBuf> {
+        let Some(time) = time else { return newest_snapshot(&run.folder) };
+        let mut all = dated(&run.folder)?;
+        fields::check_time(&run.folder, &all, time)?;
+        Ok(all.swap_remove(fields::nearest(&all, time)).1)
+    }
+
     /// Reads the last one, or that next to a time (s).
     fn read(run: &Run, section: Option<Section>, time: Option<f64>) -> Result<Last> {
-        let path = match time {
-            None => newest_snapshot(&run.folder)?,
-            Some(time) => {
-                let mut all = dated(&run.folder)?;
-                fields::check_time(&run.folder, &all, time)?;
-                all.swap_remove(fields::nearest(&all, time)).1
-            }
-        };
+        let path = Last::snapshot(run, time)?;
         let snapshot = Snapshot::read(&path)?;
         let rows = Rows::read(&run.folder, &run.case, &[snapshot.time], &run.asked);
         // The rows of a run that goes on may be behind its snapshots.
@@ -314,6 +339,10 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     }
     let folder = folder_of(&Request::default(), runs)?;
     let mut written = Vec::new();
+    if let (false, Some(scene)) = (last.planes.is_empty(), solid_scene(&run, &Request::default())?)
+    {
+        written.extend(figure::shaded(&scene, &folder.join("solids"))?);
+    }
     for (figure, drawn) in figures {
         if let Some(chart) = drawn {
             written.extend(figure::chart(&chart, &folder.join(figure.file()))?);

@@ -27,6 +27,10 @@ pub struct Request {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub view: View,
+    /// Direction from the box to the eye of --figure solids, of any length [default: from before
+    /// it, above and to the left: -0.6,-1,0.6 where z is up].
+    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_negative_numbers = true)]
+    pub eye: Vec<f64>,
     /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name;
     /// several with commas [default: all, of more than seven by material and size].
     #[arg(long = "particle", value_name = "PARTICLE", value_delimiter = ',')]
@@ -52,6 +56,9 @@ pub enum Figure {
     VorticityStrip,
     /// Streamlines at several times (Fig. 6).
     StreamlinesStrip,
+    /// Bodies and obstacles of a 3D run as shaded surfaces, bodies coloured by --bodies, seen from
+    /// --eye.
+    Solids,
     /// Paths of particles in their box, of all runs in one picture, beside the band of a position
     /// measure (Fig. 9).
     Paths,
@@ -129,6 +136,7 @@ impl Figure {
             | Figure::Field
             | Figure::VorticityStrip
             | Figure::StreamlinesStrip => "fields",
+            Figure::Solids => "three dimensions, a particle or an obstacle, and fields",
             Figure::Paths => "a particle that moves, and its rows in particles.csv",
             Figure::Forces => {
                 "a particle or an obstacle, and its rows in particles.csv or obstacles.csv"
@@ -213,7 +221,8 @@ impl Request {
         let of_the_flow =
             "ask for --figure field, vorticity, streamlines, vorticity-strip or streamlines-strip";
         let shows_the_flow = figures.iter().any(|figure| figure.is_of_the_flow());
-        let timed = shows_the_flow || figures.contains(&Figure::Convergence);
+        let solids = figures.contains(&Figure::Solids);
+        let timed = shows_the_flow || solids || figures.contains(&Figure::Convergence);
         if !self.times.is_empty() && !timed {
             return refuse(format!("--times are of the flow; {of_the_flow}, or convergence"));
         }
@@ -240,10 +249,28 @@ impl Request {
         if let Some((option, _)) = options.iter().find(|(_, given)| *given && !shows_the_flow) {
             return refuse(format!("{option} is of the flow; {of_the_flow}"));
         }
-        if (view.field.is_some() || view.bodies.is_some()) && !figures.contains(&Figure::Field) {
+        let coloured = figures.contains(&Figure::Field);
+        if view.field.is_some() && !coloured {
+            return refuse("--field is of --figure field; add it, or leave --figure away".into());
+        }
+        if view.bodies.is_some() && !coloured && !solids {
             return refuse(
-                "--field and --bodies are of --figure field; add it, or leave --figure away".into(),
+                "--bodies is of --figure field and solids; add one, or leave --figure away".into(),
             );
+        }
+        if !self.eye.is_empty() {
+            let is_direction = self.eye.len() == 3
+                && self.eye.iter().all(|x| x.is_finite())
+                && self.eye.iter().any(|x| *x != 0.0);
+            if !is_direction {
+                return refuse(format!(
+                    "--eye {:?}: give a direction X,Y,Z, as in --eye=-1,-2,1",
+                    self.eye
+                ));
+            }
+            if !solids {
+                return refuse("--eye is of --figure solids; add it".into());
+            }
         }
         Ok(())
     }

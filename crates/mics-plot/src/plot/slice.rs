@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 pub type Point = [f64; 2];
 
 /// A triangle of a surface (m); in 2D a segment, the second corner twice.
-type Triangle = [Vector3<f64>; 3];
+pub type Triangle = [Vector3<f64>; 3];
 
 /// Triangles along a body's length.
 const ALONG: f64 = 48.0;
@@ -98,38 +98,41 @@ impl Section {
     /// The rings of an obstacle of a case, where it stands or in a pose, with its images across
     /// periodic sides.
     pub fn obstacle(&self, case: &Case, wall: &Wall, pose: Option<Pose>) -> Vec<Vec<Point>> {
-        let own = |a: usize| wall.centre().get(a).copied().unwrap_or(0.0);
-        let centre =
-            pose.map_or_else(|| Vector3::from_fn(|a, _| own(a)), |pose| pose.centre.into());
-        let turn = pose.and_then(|pose| pose.orientation).unwrap_or_default();
-        let surface: Vec<Triangle> =
-            wall.geometry().closed().map(|corners| corners.map(|x| centre + turn * x)).collect();
-        let size = |a: usize| case.domain.size.get(a).copied().unwrap_or(0.0);
-        let ends = surface.iter().flatten().fold(
-            [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)],
-            |[low, high], x| [low.inf(x), high.sup(x)],
-        );
-        // Images that reach into the box.
-        let images = |a: usize| {
-            let reaches = move |k: &i32| {
-                let way = f64::from(*k) * size(a);
-                let room = MEETS * size(a);
-                ends[0][a] + way < size(a) - room && ends[1][a] + way > room
-            };
-            let periodic = a < case.dimension() && case.periodic(a);
-            (-1..=1).filter(move |k| *k == 0 || periodic && reaches(k))
-        };
-        let scale = case.domain.size.iter().copied().fold(0.0, f64::max);
-        let mut all = Vec::new();
-        for [i, j, k] in
-            images(0).flat_map(|i| images(1).flat_map(move |j| images(2).map(move |k| [i, j, k])))
-        {
-            let way = Vector3::new(size(0), size(1), size(2))
-                .component_mul(&Vector3::new(i, j, k).map(f64::from));
-            all.extend(self.rings(surface.iter().map(|t| t.map(|x| x + way)), scale));
-        }
-        all
+        let size = case.domain.size.iter().copied().fold(0.0, f64::max);
+        let images = closed_surfaces(case, wall, pose).into_iter();
+        images.flat_map(|surface| self.rings(surface.into_iter(), size)).collect()
     }
+}
+
+/// The closed surface of an obstacle of a case, where it stands or in a pose, and those of its
+/// images across periodic sides that reach into the box.
+pub fn closed_surfaces(case: &Case, wall: &Wall, pose: Option<Pose>) -> Vec<Vec<Triangle>> {
+    let own = |a: usize| wall.centre().get(a).copied().unwrap_or(0.0);
+    let centre = pose.map_or_else(|| Vector3::from_fn(|a, _| own(a)), |pose| pose.centre.into());
+    let turn = pose.and_then(|pose| pose.orientation).unwrap_or_default();
+    let surface: Vec<Triangle> =
+        wall.geometry().closed().map(|corners| corners.map(|x| centre + turn * x)).collect();
+    let size = Vector3::from_fn(|a, _| case.domain.size.get(a).copied().unwrap_or(0.0));
+    let ends = surface.iter().flatten().fold(
+        [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)],
+        |[low, high], x| [low.inf(x), high.sup(x)],
+    );
+    let images = |a: usize| {
+        let reaches = move |k: &i32| {
+            let way = f64::from(*k) * size[a];
+            let room = MEETS * size[a];
+            ends[0][a] + way < size[a] - room && ends[1][a] + way > room
+        };
+        let periodic = a < case.dimension() && case.periodic(a);
+        (-1..=1).filter(move |k| *k == 0 || periodic && reaches(k))
+    };
+    let steps = images(0)
+        .flat_map(|i| images(1).flat_map(move |j| images(2).map(move |k| Vector3::new(i, j, k))));
+    let image = |step: Vector3<i32>| {
+        let way = size.component_mul(&step.map(f64::from));
+        surface.iter().map(|corners| corners.map(|x| x + way)).collect()
+    };
+    steps.map(image).collect()
 }
 
 /// Joins segments, each to one that begins where it ends, up to a distance (m), to rings.
