@@ -1,6 +1,6 @@
 //! `mics plot`: figures from one or several run folders.
 
-use crate::support::{mics, run};
+use crate::support::{mics, run, shipped};
 use std::path::Path;
 
 /// A disc that falls beside a wall and has not landed after 0.3 s, with a field every 0.05 s.

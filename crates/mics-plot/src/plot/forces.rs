@@ -135,7 +135,8 @@ fn lines<'a>(tracks: &'a [Track], drawn: fn(&'a Track) -> Drawn<'a>) -> Result<V
         };
         plots.resize(plots.len().max(of_run.len()), Vec::new());
         for (plot, mut series) in plots.iter_mut().zip(of_run) {
-            for one in series.iter_mut().filter(|one| one.style != SeriesStyle::Spread) {
+            let named = series.iter_mut().filter(|one| one.style != SeriesStyle::Spread);
+            for one in named.filter(|_| !track.averaged) {
                 let own = std::mem::take(&mut one.label);
                 let both = [*label, &own].into_iter().filter(|word| !word.is_empty());
                 one.label = both.collect::<Vec<_>>().join(", ");
@@ -143,7 +144,61 @@ fn lines<'a>(tracks: &'a [Track], drawn: fn(&'a Track) -> Drawn<'a>) -> Result<V
             plot.extend(series);
         }
     }
+    if tracks.iter().any(|track| track.averaged) {
+        plots.iter_mut().for_each(|plot| *plot = averaged(plot));
+    }
     Ok(plots)
+}
+
+/// The mean of the lines of one label, at the places of the first over which all go, with the area
+/// between the least and the largest of them.
+fn averaged(all: &[Series]) -> Vec<Series> {
+    let mut labels: Vec<&str> = Vec::new();
+    let lines = all.iter().filter(|one| one.style == SeriesStyle::Line && one.points.len() > 1);
+    let lines: Vec<&Series> = lines.collect();
+    for line in &lines {
+        if !labels.contains(&line.label.as_str()) {
+            labels.push(&line.label);
+        }
+    }
+    let of = |label: &str| -> [Series; 2] {
+        let same: Vec<&[(f64, f64)]> = lines
+            .iter()
+            .filter(|line| line.label == label)
+            .map(|line| line.points.as_slice())
+            .collect();
+        let mut mean = Vec::new();
+        let mut low = Vec::new();
+        let mut high = Vec::new();
+        for (x, _) in same.first().into_iter().copied().flatten() {
+            let values: Option<Vec<f64>> = same.iter().map(|points| value_at(points, *x)).collect();
+            let Some(values) = values else { continue };
+            mean.push((*x, values.iter().sum::<f64>() / values.len() as f64));
+            low.push((*x, values.iter().copied().fold(f64::INFINITY, f64::min)));
+            high.push((*x, values.iter().copied().fold(f64::NEG_INFINITY, f64::max)));
+        }
+        low.reverse();
+        high.extend(low);
+        let of_runs = format!("mean of {} runs", same.len());
+        let both = [label, &of_runs].into_iter().filter(|word| !word.is_empty());
+        let label = both.collect::<Vec<_>>().join(", ");
+        [
+            Series { label, points: mean, style: SeriesStyle::Line },
+            Series { label: String::new(), points: high, style: SeriesStyle::Spread },
+        ]
+    };
+    labels.into_iter().flat_map(of).collect()
+}
+
+/// The value of a line at a place, linear between its points; none beyond its ends.
+fn value_at(points: &[(f64, f64)], x: f64) -> Option<f64> {
+    let after = points.partition_point(|point| point.0 < x);
+    let (x1, y1) = *points.get(after)?;
+    if x1 == x {
+        return Some(y1);
+    }
+    let (x0, y0) = *points.get(after.checked_sub(1)?)?;
+    Some(y0 + (x - x0) / (x1 - x0) * (y1 - y0))
 }
 
 /// Lines and spreads of the kinds of many bodies along each axis, after a time (s).
@@ -341,6 +396,25 @@ fn running_mean(force: &[f64], time: &[f64], way: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn mean_of_runs_is_over_the_times_of_all_with_their_spread() {
+        let line = |points: &[(f64, f64)]| Series {
+            label: "a".into(),
+            points: points.to_vec(),
+            style: SeriesStyle::Line,
+        };
+        let runs = [
+            line(&[(0.0, 0.0), (1.0, 2.0), (2.0, 4.0), (3.0, 6.0)]),
+            line(&[(0.0, 4.0), (4.0, 4.0)]),
+            line(&[(0.0, 8.0), (2.0, 4.0)]),
+        ];
+        let [mean, spread] = &averaged(&runs)[..] else { panic!() };
+        assert_eq!((mean.label.as_str(), spread.style), ("a, mean of 3 runs", SeriesStyle::Spread));
+        assert_eq!(mean.points, [(0.0, 4.0), (1.0, 4.0), (2.0, 4.0)]);
+        let edges = [(0.0, 8.0), (1.0, 6.0), (2.0, 4.0), (2.0, 4.0), (1.0, 2.0), (0.0, 0.0)];
+        assert_eq!(spread.points, edges);
+    }
 
     /// A disc of 0.2 m and 2.5 times the fluid's density falls along -y at 1 m/s from 1.8 m, and
     /// touches the floor.

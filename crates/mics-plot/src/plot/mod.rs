@@ -227,7 +227,7 @@ fn draw_figure(request: &Request, figure: Figure, runs: &[Run]) -> Result<Option
         }
         _ => {
             let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
-            let Some(chart) = curves(figure, runs, &rows)? else { return Ok(None) };
+            let Some(chart) = curves(figure, runs, &rows, request.mean)? else { return Ok(None) };
             figure::chart(&chart, &stem(&figure.file())?)?
         }
     };
@@ -330,7 +330,7 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
         Figure::Probes,
         Figure::ProbeLines,
     ]
-    .map(|figure| Ok((figure, curves(figure, runs, rows)?)));
+    .map(|figure| Ok((figure, curves(figure, runs, rows, false)?)));
     let mut figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
     if folder.join(SOLVES).is_file() {
         for figure in [Figure::Convergence, Figure::ConvergenceSteps] {
@@ -365,14 +365,14 @@ pub(super) fn numbered(stem: &Path, plane: usize) -> PathBuf {
 }
 
 /// A figure of curves, of the first run where it is of one; none where there is nothing to draw.
-fn curves(figure: Figure, runs: &[Run], rows: &[Rows]) -> Result<Option<Chart>> {
+fn curves(figure: Figure, runs: &[Run], rows: &[Rows], averaged: bool) -> Result<Option<Chart>> {
     let Some((Run { case, folder, asked }, of_one)) = runs.first().zip(rows.first()) else {
         return Ok(None);
     };
     let labels = labels(runs);
     let track = |((run, rows), label)| {
         let Run { case, asked, .. }: &Run = run;
-        Track { label, case, rows, asked }
+        Track { label, case, rows, asked, averaged }
     };
     let tracks = runs.iter().zip(rows).zip(labels.iter().map(String::as_str)).map(track);
     let tracks: Vec<_> = tracks.collect();

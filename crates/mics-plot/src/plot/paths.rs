@@ -26,6 +26,8 @@ pub struct Track<'a> {
     pub rows: &'a Rows,
     /// The particles that are asked for; empty: all that move.
     pub asked: &'a [usize],
+    /// Whether forces and speeds are means over all runs.
+    pub averaged: bool,
 }
 
 /// The paths of the particles that are asked for in each run, or of all that move, of many of some

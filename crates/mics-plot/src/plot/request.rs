@@ -35,6 +35,10 @@ pub struct Request {
     /// several with commas [default: all, of more than seven by material and size].
     #[arg(long = "particle", value_name = "PARTICLE", value_delimiter = ',')]
     pub particles: Vec<String>,
+    /// Draw forces and speeds of several runs as their mean, with the area that they spread over, as
+    /// for runs of several seeds.
+    #[arg(long)]
+    pub mean: bool,
     /// Where figures go that are named or of several runs [default: figures/ of the run, of
     /// several the first].
     #[arg(long, value_name = "DIR")]
@@ -202,6 +206,12 @@ impl Request {
             return refuse(
                 "--particle is of curves; ask for --figure paths, forces, force-parts or speeds"
                     .into(),
+            );
+        }
+        let averages = figures.iter().any(|f| matches!(f, Figure::Forces | Figure::Speeds));
+        if self.mean && (!averages || self.runs.len() < 2) {
+            return refuse(
+                "--mean is of several runs; give two or more and --figure forces or speeds".into(),
             );
         }
         if let Some(time) = self.times.iter().find(|time| !time.is_finite()) {

@@ -133,7 +133,13 @@ fn records(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
 }
 
 fn motion(run: &Run) -> Result<Vec<Figure>> {
-    let track = || plot::Track { label: "", case: &run.case, rows: &run.particles, asked: &[] };
+    let track = || plot::Track {
+        label: "",
+        case: &run.case,
+        rows: &run.particles,
+        asked: &[],
+        averaged: false,
+    };
     let (mut path_axes, paths) = plot::paths(&[track()])?.unwrap_or_default();
     path_axes.title.clear();
     let movers = plot::moving(&run.case, &[]).len();
