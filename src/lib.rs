@@ -128,6 +128,7 @@ pub mod step_size;
 pub(crate) mod sums;
 pub mod system;
 pub mod validate;
+pub mod varying;
 
 pub use mics_run::{Error, Result, config, error, interrupt};
 use mics_run::{drag, words};
