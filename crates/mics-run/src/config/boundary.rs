@@ -135,8 +135,8 @@ impl Side {
         Some(if high > low { (below(high) - below(low)) / (high - low) } else { 0.0 })
     }
 
-    /// A component of an inflow's velocity (m/s), other than by the height, at a `place` on its side, whose coordinates (m)
-    /// run from 0 to `sizes` (m); 0 of other sides.
+    /// A component of an inflow's velocity (m/s), other than by the height, at a `place` on its
+    /// side, whose coordinates (m) run from 0 to `sizes` (m); 0 of other sides.
     pub fn inflow_at(&self, place: &[f64], sizes: &[f64], component: usize) -> f64 {
         match self {
             Side::Inflow(inflow) => inflow.velocity()[component],
@@ -182,8 +182,8 @@ impl Side {
 #[serde(
     untagged,
     expecting = "an inflow is a velocity (m/s), a number for each axis as in [1.0, 0.0], or one \
-                 that varies, { velocity = [1.0, 0.0], over_time = { time = [...], factor = [...] } \
-                 }"
+                 that varies, { velocity = [1.0, 0.0], over_time = { time = [...], factor = \
+                 [...] } }"
 )]
 pub enum Inflow {
     /// The same at all times (m/s).
@@ -220,10 +220,11 @@ impl Inflow {
     }
 }
 
-/// The flow over a rough bed: `u/u* = ln(1 + z/z0)/kappa` at the height z above the bed (Nezu &
-/// Nakagawa, Turbulence in open-channel flows, 1993, ch. 2), with the plane of no flow moved from z0
-/// to the bed and the friction velocity u* such that the mean over the open height H is `velocity`:
-/// `u = velocity ln(1 + z/z0)/((1 + z0/H) ln(1 + H/z0) - 1)`.
+/// The flow over a rough bed: `u/u* = ln(1 + z/z0)/kappa` at the height z above the bed, the law of
+/// the wall of Nezu & Nakagawa (Turbulence in open-channel flows, 1993) with its zero moved from z0
+/// to the bed. The friction velocity u* is such that the mean over the open height H is `velocity`,
+/// whatever kappa is: `u = velocity ln(1 + z/z0)/((1 + z0/H) ln(1 + H/z0) - 1)`, and with kappa =
+/// 0.41 `u* = 0.41 velocity/((1 + z0/H) ln(1 + H/z0) - 1)`.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
