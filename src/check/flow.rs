@@ -36,7 +36,7 @@ pub fn reynolds(case: &Case) -> Option<String> {
     Some(format!(
         "Reynolds     {} (speed {} m/s, {of} {} m)",
         number_of_flow(reynolds),
-        number(speed),
+        rounded(speed),
         rounded(length)
     ))
 }

@@ -293,8 +293,8 @@ pub const BAD_KEYS: &[Row] = &[
         "boundary.west.inflow_half_parabola", &["a 2D case needs 2 numbers"],
     ),
     (
-        "{ inflow = [1.0, 0.0] }", "{ inflow = { velocty = [1.0, 0.0] } }", "west",
-        "boundary.west.inflow", &["a number for each axis", "velocity = [1.0, 0.0], over_time"],
+        "{ inflow = [1.0, 0.0] }", "{ inflow = { velocty = [1.0, 0.0] } }", "west", "boundary.west",
+        &["a number for each axis", "velocity = [1.0, 0.0], over_time"],
     ),
     (
         "{ inflow = [1.0, 0.0] }",
@@ -333,7 +333,8 @@ pub const BAD_KEYS: &[Row] = &[
     ),
     (
         "[time]",
-        "[drive]\nforce = { value = [1.0], over_time = { time = [0, 1], factor = [0, 1] } }\n[time]",
+        "[drive]\nforce = { value = [1.0], over_time = { time = [0, 1], factor = [0, 1] } }\n\
+        [time]",
         "force", "drive.force.value", &["a 2D case needs 2 numbers", "N/m3"],
     ),
     (

@@ -292,7 +292,8 @@ mod tests {
 
     #[test]
     fn inflow_half_parabola_has_its_formula_and_two_thirds_of_its_top() {
-        let (side, depth) = (Side::InflowHalfParabola(Inflow::Steady(vec![1.0, 0.0])), 0.3);
+        let side = Side::InflowHalfParabola(Inflow::Steady(vec![1.0, 0.0]));
+        let depth = 0.3;
         let error = apart(&side, depth, |z| 2.0 * z / depth - (z / depth).powi(2));
         let flow = flow(&side, depth);
         println!("half-parabola: off by {error:.1e}, mean {flow:?}");
@@ -304,7 +305,8 @@ mod tests {
 
     #[test]
     fn inflow_log_has_its_formula_and_the_mean_that_is_given() {
-        let (depth, kappa) = (0.3, 0.41);
+        let depth = 0.3;
+        let kappa = 0.41;
         for roughness in [1e-5, 1e-3, 0.1] {
             let velocity = vec![1.0, 0.0];
             let side = Side::InflowLog(LogProfile { velocity, roughness, over_time: None });

@@ -98,8 +98,8 @@ mod tests {
 
     #[test]
     fn factor_over_time_is_linear_between_points_and_constant_outside() {
-        let (time, factor) = (vec![1.0, 2.0, 4.0], vec![0.5, -2.0, 1.0]);
-        let table = OverTime { time, factor, file: None };
+        let factor = vec![0.5, -2.0, 1.0];
+        let table = OverTime { time: vec![1.0, 2.0, 4.0], factor, file: None };
         for (time, factor) in [
             (-9.0, 0.5),
             (1.0, 0.5),
