@@ -257,26 +257,23 @@ fn over_time(table: Option<&OverTime>) -> String {
     table.map_or(String::new(), |table| {
         let least = table.factor.iter().copied().fold(f64::INFINITY, f64::min);
         let most = table.factor.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        format!(" times {} to {} over time", number(least), number(most))
+        format!(", times {} to {} over time", number(least), number(most))
     })
 }
 
 impl Drive {
     /// Drive of the fluid in words.
     pub fn describe(&self) -> String {
-        match self {
-            Drive::Force(force) => {
-                let over_time = over_time(force.over_time());
-                format!("a force of {:?} N/m3{over_time} on the fluid", force.vector())
-            }
+        let words = match self {
+            Drive::Force(force) => format!("a force of {:?} N/m3 on the fluid", force.vector()),
             Drive::Gravity(_) => "gravity along the periodic axes, on the fluid as well".into(),
             Drive::MeanVelocity(held) => format!(
-                "the gradient of the pressure that holds a mean velocity of {} m/s{} along {}",
+                "the gradient of the pressure that holds a mean velocity of {} m/s along {}",
                 held.value,
-                over_time(held.over_time.as_ref()),
                 AXES[held.axis.index()]
             ),
-        }
+        };
+        words + &over_time(self.over_time())
     }
 }
 
