@@ -6,9 +6,9 @@
 //!   mean      U_held(t) = f(t) U_held      at the end of the step
 //!   force     G = f(t + dt/2) G            over the step, by its middle: exact where f is linear
 //! ```
-//! The factor f is a function of time alone, so that a run which goes on has the same. Where f has a
-//! corner the pressure jumps, and the trapezium of the budget of energy errs by half a step of what
-//! the jump gives: to the side of a loss of the method, and less in shorter steps.
+//! The factor f is a function of time alone, so that a run which goes on has the same. Where f has
+//! a corner the pressure jumps, and the trapezium of the budget of energy errs by half a step of
+//! what the jump gives: to the side of a loss of the method, and less in shorter steps.
 
 use crate::config::OverTime;
 use crate::drive::Drive;
