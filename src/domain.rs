@@ -9,6 +9,7 @@ use crate::kernels::faces::FaceCoefficient;
 use crate::petsc::Session;
 use crate::poisson::pressure::{Accuracy, Coupled, Projected, Projection};
 use crate::state::State;
+use crate::varying::Varying;
 use nalgebra::Vector3;
 
 /// The fluid.
@@ -36,6 +37,8 @@ pub struct Domain<const D: usize> {
     pub fluid: Fluid,
     /// Drive that moves it besides the boundaries.
     pub drive: Option<Drive>,
+    /// Boundaries and drive that vary over time, which [`Domain::set_time`] sets.
+    pub varying: Varying<D>,
     /// Forces on it that vary in space and time; `None` where there are none.
     pub forces: Option<Forces<D>>,
     /// The pressure equation and its iteration.
@@ -48,6 +51,11 @@ impl<const D: usize> Domain<D> {
     /// The lengths (m) of the periodic axes.
     pub fn periods(&self) -> [Option<f64>; 3] {
         std::array::from_fn(|a| (a < D && self.grid.periodic[a]).then(|| self.grid.size[a]))
+    }
+
+    /// Gives boundaries and a mean velocity that is held what they have at a time (s).
+    pub fn set_time(&mut self, time: f64) {
+        self.varying.set(|factor| factor.at(time), &mut self.boundaries, &mut self.drive);
     }
 
     /// Takes the forces that vary, at a time (s), on fluid of the velocity `u` (m/s).

@@ -41,6 +41,15 @@ pub enum Drive {
 }
 
 impl Drive {
+    /// The drive times a factor.
+    pub fn times(&self, factor: f64) -> Drive {
+        match *self {
+            Drive::Fluid(force) => Drive::Fluid(factor * force),
+            Drive::Gradient(force) => Drive::Gradient(factor * force),
+            Drive::Held { axis, velocity } => Drive::Held { axis, velocity: factor * velocity },
+        }
+    }
+
     /// The force at the start, before the pressure is known (N/m3).
     pub fn at_start(&self) -> Vector3<f64> {
         match self {

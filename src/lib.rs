@@ -75,6 +75,7 @@
 //! | [`particles`], [`contact`] | bodies; how they touch, and the fluid in the gaps between them |
 //! | [`state`] | what lasts from step to step, and nothing else |
 //! | [`drive`] | a force, a slope or a flow rate that moves the fluid |
+//! | [`varying`] | inflows and drives that vary over time |
 //! | [`force`] | a force per volume by place, time and velocity, that a library's user gives |
 //! | [`domain`] | where a scene takes place: grid, fluid, pressure equation, ranks |
 //! | [`method`] | how a step is made: sharp surfaces, the mixture method, no bodies |
@@ -128,6 +129,7 @@ pub mod step_size;
 pub(crate) mod sums;
 pub mod system;
 pub mod validate;
+pub mod varying;
 
 pub use mics_run::{Error, Result, config, error, interrupt};
 use mics_run::{drag, words};

@@ -11,9 +11,10 @@ mod insertion;
 mod sides;
 
 use crate::clock::Stage;
-use crate::config::{Axis, Case, Side, WallRule};
+use crate::config::{self, Axis, Case, OverTime, Side, WallRule};
 use crate::contact::Impact;
 use crate::domain::{Domain, Fluid};
+use crate::drive::Drive;
 use crate::error::NotFinite;
 use crate::force::{Force, Forces};
 use crate::grid::{Boundaries, Coefficient, GHOSTS, Grid};
@@ -24,6 +25,7 @@ use crate::petsc::{Layout, Session};
 use crate::poisson::pressure::{Projected, Projection, StoppingRule};
 use crate::scheme::Limits;
 use crate::state::{Readable, State};
+use crate::varying::Varying;
 use crate::{Error, Result};
 pub use begin::{go_on_from, start_from};
 pub(crate) use build::impact;
@@ -47,8 +49,8 @@ pub struct Scene<const D: usize> {
     pub method: Box<dyn Method<D>>,
     /// Reason for the choice of the pressure solver.
     pub(crate) solver_reason: &'static str,
-    /// Courant number per second of the velocities that the boundaries prescribe (1/s): in a fluid
-    /// at rest nothing else tells it.
+    /// Courant number per second of the velocities that the boundaries prescribe, or a drive that
+    /// varies holds, at their largest (1/s): in a fluid at rest nothing else tells it.
     boundary_rate: f64,
     /// Largest acceleration (m/s2) by which gravity may set off a body that has yet to come in.
     coming_fall: f64,
@@ -147,7 +149,10 @@ impl<const D: usize> Scene<D> {
                        \"sharp\"";
             return Err(Error::Usage(why.into()));
         }
-        let boundary_rate = domain.boundaries.courant_rate(&domain.grid);
+        let mut boundary_rate = domain.boundaries.courant_rate(&domain.grid);
+        if let Some(Drive::Held { axis, velocity }) = domain.varying.largest_drive() {
+            boundary_rate = boundary_rate.max(velocity.abs() / domain.grid.h[axis]);
+        }
         let motions = Vec::with_capacity(bodies.len());
         let mut state = State::new(&domain.grid, bodies, build::extrapolates(case));
         state.waiting = waiting;
@@ -229,6 +234,7 @@ impl<const D: usize> Scene<D> {
     /// When the first projection fails.
     pub fn start(&mut self) -> Result<()> {
         self.state.faces.iter_mut().for_each(|f| f.fill(0.0));
+        self.domain.set_time(self.state.time);
         self.set_backflow_pressure();
         self.domain.take_forces(&self.state.u, self.state.time);
         self.method.start(&mut self.domain, &mut self.state)?;
@@ -247,6 +253,18 @@ impl<const D: usize> Scene<D> {
         }
     }
 
+    /// Takes the force of a drive that varies at a time (s). Collective.
+    fn set_driving_force(&mut self, time: f64) -> Result<()> {
+        let Scene { domain, state, method, .. } = self;
+        let force = domain.varying.force_at(time);
+        if force.is_some() && force != state.drive {
+            state.drive = force;
+            method.find_acceleration(domain, state);
+            state.energy.powers.drive = domain.driving_power(state)?;
+        }
+        Ok(())
+    }
+
     /// Advances the scene by `dt` (s). Collective.
     ///
     /// # Errors
@@ -260,6 +278,7 @@ impl<const D: usize> Scene<D> {
         self.motions.clear();
         self.motions.extend(self.state.bodies.iter().map(energy::BodyBefore::of));
         let start = self.state.time;
+        self.set_driving_force(start + 0.5 * dt)?;
         self.domain.take_forces(&self.state.u, start + 0.5 * dt);
         let power = energy::power_of_forces(&self.domain, &self.state.u, &*self.method)?;
         match self.method.step(&mut self.domain, &mut self.state, dt) {
@@ -306,6 +325,7 @@ impl<const D: usize> Scene<D> {
         if state.time < 0.0 || state.dt < 0.0 {
             return Err(Error::Usage("its time runs backwards".into()));
         }
+        domain.set_time(state.time);
         domain.boundaries.fill_velocity(&mut state.u)?;
         domain.boundaries.set_backflow_pressure(domain.fluid.density, &state.faces, &mut state.p);
         domain.boundaries.fill_pressure(&mut state.p)?;
@@ -347,7 +367,9 @@ impl<const D: usize> Scene<D> {
         rate[0] = self.state.bodies.iter().fold(rate[0], |m, b| m.max(b.top_speed() / smallest));
         self.domain.session.max(&mut rate)?;
         let (diffusion_rate, damping_rate) = self.diffusion_rates();
-        let driven = self.state.drive.map_or(0.0, |force| force.norm()) + rate[1];
+        let largest = self.domain.varying.largest_drive().map(|drive| drive.at_start());
+        let varies = largest.filter(|force| *force != Vector3::zeros());
+        let driven = varies.or(self.state.drive).map_or(0.0, |force| force.norm()) + rate[1];
         let driven = driven / self.domain.fluid.density;
         let courant_growth = (self.largest_fall() + driven) / smallest;
         Ok(Limits { courant_rate: rate[0], diffusion_rate, damping_rate, courant_growth, scheme })
@@ -407,7 +429,7 @@ fn fall(body: &Body, fluid: &Fluid) -> Option<f64> {
     )
 }
 
-/// The domain of a case with these bodies. Collective.
+/// The domain of a case with these bodies; what varies over time at its largest. Collective.
 fn build_domain<const D: usize>(
     session: &Session,
     case: &Case,
@@ -420,14 +442,9 @@ fn build_domain<const D: usize>(
     let ghosts = if sharp { sharp::ghost_width(&case.spacings()).1 } else { GHOSTS };
     let layout = Layout::new(session, &cells, &periodic, ghosts)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
-    let kinds = std::array::from_fn(|a| {
-        [0, 1].map(|s| {
-            let side = case.boundary.side(2 * a + s).unwrap_or(&Side::Periodic);
-            boundary(&grid, [a, s], side, bodies)
-        })
-    });
+    let kinds = std::array::from_fn(|a| [0, 1].map(|s| boundary(&grid, [a, s], case, bodies)));
     let parabola = case.coupling.wall == WallRule::Sharp;
-    let boundaries = Boundaries::new(session, &layout, &grid, kinds, parabola);
+    let mut boundaries = Boundaries::new(session, &layout, &grid, kinds, parabola);
     let sides_work = session.anywhere(boundaries.do_work())?;
     let stopping = StoppingRule {
         limit: case.pressure.divergence_limit,
@@ -442,7 +459,11 @@ fn build_domain<const D: usize>(
         gravity: Vector3::from(axes::<f64, 3>(&case.fluid.gravity)),
     };
     let session = session.clone();
-    let drive = case.drive.as_ref().map(|drive| build::drive(case, drive));
+    let mut drive = case.drive.as_ref().map(|drive| build::drive(case, drive));
+    let factor = |a: usize, s: usize| case.boundary.side(2 * a + s).and_then(Side::over_time);
+    let table = case.drive.as_ref().and_then(config::Drive::over_time);
+    let varying = Varying::new(&boundaries, factor, drive.zip(table.cloned()));
+    varying.set(OverTime::largest, &mut boundaries, &mut drive);
     Ok(Domain {
         session,
         forces: Forces::new(&grid, forces),
@@ -451,6 +472,7 @@ fn build_domain<const D: usize>(
         sides_work,
         fluid,
         drive,
+        varying,
         projection,
         clock: Default::default(),
     })

@@ -110,7 +110,7 @@ fn driven_axes(case: &Case) -> Vec<usize> {
     let axes = (0..case.dimension()).filter(periodic);
     match &case.drive {
         None => Vec::new(),
-        Some(Drive::Force(force)) => axes.filter(|axis| force[*axis] != 0.0).collect(),
+        Some(Drive::Force(force)) => axes.filter(|axis| force.vector()[*axis] != 0.0).collect(),
         Some(Drive::Gravity(_)) => axes.filter(|axis| case.fluid.gravity[*axis] != 0.0).collect(),
         Some(Drive::MeanVelocity(held)) => vec![held.axis.index()],
     }

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::config::{AXES, Case, Particle, Side, Stream, stream};
 use crate::scene::{self, Scene};
 
-use crate::words::{brief, number, rounded};
+use crate::words::{brief, rounded};
 use mics_run::summary::Need;
 
 /// Part of a velocity that the divergence left by the pressure may change over the box: a tenth of
@@ -36,7 +36,7 @@ pub fn reynolds(case: &Case) -> Option<String> {
     Some(format!(
         "Reynolds     {} (speed {} m/s, {of} {} m)",
         number_of_flow(reynolds),
-        number(speed),
+        rounded(speed),
         rounded(length)
     ))
 }

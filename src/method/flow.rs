@@ -315,6 +315,7 @@ impl<const D: usize> Flow<D> {
         self.predict_faces(domain, s, dt)?;
         self.project(domain, s, dt)?;
         (s.u, s.faces, s.faces_before) = kept;
+        domain.set_time(s.time);
         self.find_acceleration(domain, s);
         Ok(())
     }

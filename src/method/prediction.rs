@@ -149,6 +149,7 @@ impl<const D: usize> Prediction<D> {
                     stage,
                 );
                 domain.clock.lap(Lap::Update);
+                domain.set_time(s.time + part * dt);
                 walls.finish(domain, s, Within::Stage(part), dt, stage)?;
             }
             let u = if k == 0 { &s.u } else { &*stage };
@@ -160,6 +161,7 @@ impl<const D: usize> Prediction<D> {
         let rate = momentum.rate();
         faces::step_cells(&domain.grid, &s.u, dt, rate, W::PRESSURE * dt, acceleration, stage);
         domain.clock.lap(Lap::Update);
+        domain.set_time(s.time + dt);
         walls.finish(domain, s, Within::End, dt, stage)?;
         std::mem::swap(&mut s.u, stage);
         Ok(sides)
@@ -206,9 +208,11 @@ impl<const D: usize> Prediction<D> {
                 std::mem::swap(last, before);
             }
             domain.clock.lap(Lap::Update);
+            domain.set_time(s.time + stage.time * dt);
             walls.finish(domain, s, Within::Legendre(stage), dt, last)?;
             weight = stage.weight;
         }
+        domain.set_time(s.time + dt);
         std::mem::swap(&mut s.u, last);
         if W::PRESSURE < 1.0 {
             faces::add_to_cells(&domain.grid, (W::PRESSURE - 1.0) * dt, acceleration, &mut s.u);

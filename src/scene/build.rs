@@ -99,13 +99,13 @@ pub(super) fn body(p: &config::Particle) -> Body {
     body
 }
 
-/// Drive of the fluid of a case.
+/// Drive of the fluid of a case, at a factor of 1 where it varies.
 pub(super) fn drive(case: &Case, drive: &config::Drive) -> Drive {
     let gravity = Vector3::from(axes::<f64, 3>(&case.fluid.gravity));
     let periodic = |axis: usize| axis < case.dimension() && case.periodic(axis);
     let along = Vector3::from_fn(|axis, _| if periodic(axis) { gravity[axis] } else { 0.0 });
     match drive {
-        config::Drive::Force(force) => Drive::Fluid(Vector3::from(axes::<f64, 3>(force))),
+        config::Drive::Force(force) => Drive::Fluid(Vector3::from(axes::<f64, 3>(force.vector()))),
         config::Drive::Gravity(_) => Drive::Gradient(case.fluid.density * along),
         config::Drive::MeanVelocity(held) => {
             Drive::Held { axis: held.axis.index(), velocity: held.value }
@@ -265,9 +265,7 @@ fn wall(case: &Case, face: usize, side: &Side, slippery: usize) -> Option<Wall> 
         Side::Wall => (WallSide::Closed, Vector3::zeros()),
         Side::MovingWall(v) => (WallSide::Closed, Vector3::from(axes::<f64, 3>(v))),
         Side::Slip => (WallSide::Slip, Vector3::zeros()),
-        Side::Inflow(_) | Side::InflowParabola(_) | Side::InflowProfile(_) => {
-            (WallSide::Inflow, Vector3::zeros())
-        }
+        side if !side.inflow().is_empty() => (WallSide::Inflow, Vector3::zeros()),
         _ => return None,
     };
     let material = if side == WallSide::Slip { slippery } else { 0 };

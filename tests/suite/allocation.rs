@@ -96,7 +96,9 @@ fn time_step_allocates_nothing() {
         } > 0,
         "the counter counts"
     );
-    let sides = ["{ inflow = [1.0, 0.0] }", "\"outflow\"", "\"periodic\"", "\"periodic\""];
+    let varying = "{ inflow = { velocity = [1.0, 0.0], over_time = { time = [0.0, 1.0], factor = \
+        [1.0, 2.0] } } }";
+    let sides = [varying, "\"outflow\"", "\"periodic\"", "\"periodic\""];
     let moving = "density = 2.65\nviscosity = 0.0\n\
         motion = { prescribed = { velocity = [0.7, 0.4], spin = 1.0 } }";
     let swinging =

@@ -279,4 +279,67 @@ pub const BAD_KEYS: &[Row] = &[
         "{ inflow_profile = { at = [0.5, 0.5], velocity = [[1, 0], [1, 0]] } }", "west",
         "boundary.west.inflow_profile.at", &["must increase"],
     ),
+    // Profiles over the height, and tables over time.
+    (
+        "{ inflow = [1.0, 0.0] }", "{ inflow_log = { velocity = [1.0, 0.0], roughness = 0.0 } }",
+        "west", "boundary.west.inflow_log.roughness", &["must be positive", "(m)", "0.0"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }", "{ inflow_log = { velocity = [1.0, 0.0] } }", "west",
+        "boundary.west.inflow_log.roughness", &["missing key `roughness`"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }", "{ inflow_half_parabola = [1.0] }", "west",
+        "boundary.west.inflow_half_parabola", &["a 2D case needs 2 numbers"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }", "{ inflow = { velocty = [1.0, 0.0] } }", "west", "boundary.west",
+        &["a number for each axis", "velocity = [1.0, 0.0], over_time"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }",
+        "{ inflow = { velocity = [1.0], over_time = { time = [0, 1], factor = [0, 1] } } }", "west",
+        "boundary.west.inflow.velocity", &["a 2D case needs 2 numbers"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }",
+        "{ inflow = { velocity = [1.0, 0.0], over_time = { time = [1, 1], factor = [0, 1] } } }",
+        "west", "boundary.west.inflow.over_time.time", &["the times (s) must increase"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }",
+        "{ inflow = { velocity = [1.0, 0.0], over_time = { time = [0, 1], factor = [1] } } }",
+        "west", "boundary.west.inflow.over_time.factor",
+        &["needs 2 factors, one for each in `time`, not 1"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }",
+        "{ inflow = { velocity = [1.0, 0.0], over_time = { time = [0, 1], factor = [0, nan] } } }",
+        "west", "boundary.west.inflow.over_time.factor.1", &["must be a finite number"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }", "{ inflow = { velocity = [1.0, 0.0], over_time = {} } }", "west",
+        "boundary.west.inflow.over_time", &["needs exactly one of `time` with `factor` and `file`"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }",
+        "{ inflow = { velocity = [1.0, 0.0], over_time = { file = \"flood.csv\" } } }", "west",
+        "boundary.west.inflow.over_time.file", &["flood.csv", "there is no such file"],
+    ),
+    (
+        "east = \"outflow\"",
+        "east = { inflow = { velocity = [1.0, 0.0], over_time = { time = [0, 1], factor = [1, 2] } \
+        } }", "east", "boundary.east", &["another table over_time", "give all inflows the same"],
+    ),
+    (
+        "[time]",
+        "[drive]\nforce = { value = [1.0], over_time = { time = [0, 1], factor = [0, 1] } }\n\
+        [time]",
+        "force", "drive.force.value", &["a 2D case needs 2 numbers", "N/m3"],
+    ),
+    (
+        "[time]",
+        "[drive.mean_velocity]\naxis = \"y\"\nvalue = 1.0\nover_time = { time = [0], factor = [1] \
+        }\n[time]", "over_time", "drive.mean_velocity.over_time.time", &["at least 2 times (s)"],
+    ),
 ];

@@ -71,6 +71,8 @@ fn restart_from_checkpoint_is_bitwise_identical() {
         "[coupling]\nwall = \"sharp\"\n[drive]\nmean_velocity = { axis = \"x\", value = 0.3 }",
         "[coupling]\nwall = \"mixing\"\n[drive]\nmean_velocity = { axis = \"x\", value = 0.3 }",
         "[coupling]\nwall = \"mixing\"\n[drive]\nforce = [0.4, 0.0]",
+        "[coupling]\nwall = \"sharp\"\n[drive]\nforce = { value = [0.4, 0.0], over_time = { \
+        time = [0.0, 0.02], factor = [0.0, 1.0] } }",
         "[coupling]\nwall = \"sharp\"\n[time]\nend = 1.0\nscheme = \"rk3\"",
         "[coupling]\nwall = \"mixing\"",
         "[coupling]\nwall = \"mixing\"\n[time]\nend = 1.0\nscheme = \"euler\"\n\
@@ -102,6 +104,19 @@ fn restart_from_checkpoint_is_bitwise_identical() {
                 );
             }
         }
+    }
+    // Of the fixed one the gap to the inflow is built once, and the inflow varies.
+    let varying = "{ inflow = { velocity = [1.0, 0.0], over_time = { time = [0.0, 0.03, 0.1], \
+        factor = [0.0, 2.0, 1.0] } } }";
+    let sides = [varying, STREAM[1], STREAM[2], STREAM[3]];
+    for more in [
+        body("\"fixed\"").replace("[0.6, 0.5]", "[0.17, 0.5]") + SHARP,
+        goes.clone() + SHARP,
+        goes + "[coupling]\nwall = \"mixing\"\n",
+        String::new(),
+    ] {
+        let text = box_case([2.0, 1.0], [32, 16], 0.01, sides, &more);
+        expect_to_go_on::<2>(&petsc, &text, 5e-3, false);
     }
     // One that rests is built once, however often others are beside it.
     let apart = body("\"fixed\"").replace("[0.6, 0.5]", "[0.4, 0.5]")

@@ -33,6 +33,7 @@ mod fuzz;
 mod gaps;
 mod history;
 mod house;
+mod hydrograph;
 mod images;
 mod initial_from;
 mod light;

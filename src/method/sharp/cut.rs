@@ -240,12 +240,11 @@ impl<const D: usize> CutBodies<D> {
         cleared: bool,
         u: &VectorField<D>,
     ) {
-        let grid = &domain.grid;
         let fluid = &domain.fluid;
         let resolved = RESOLVED_LAYER * fluid.viscosity / (fluid.density * self.h);
         let limit = Some((resolved, LARGEST_PROFILE));
         let cuts = &mut self.bodies;
-        Arch::new().dispatch(FindTargets { cuts, velocities, grid, u, limit, cleared });
+        Arch::new().dispatch(FindTargets { cuts, velocities, domain, u, limit, cleared });
         self.shared.share_targets(self.bodies.as_mut_slice(), cleared);
     }
 
@@ -257,12 +256,11 @@ impl<const D: usize> CutBodies<D> {
         velocities: impl Velocities,
         u: &VectorField<D>,
     ) {
-        let grid = &domain.grid;
-        let fluid = &domain.fluid;
+        let Domain { grid, boundaries, fluid, .. } = domain;
         let creeping = CREEPING_LAYER * fluid.viscosity / (fluid.density * self.h);
         for (k, cut) in self.bodies.each_mut() {
             let CutBody { ghosts: GhostCells { profiles, cubic, .. }, stencils, .. } = cut;
-            let flow = Flow { grid, u, velocities, k };
+            let flow = Flow { grid, u, boundaries, velocities, k };
             for cubic in cubic.iter_mut().filter(|_| creeping > 0.0) {
                 let profile = &profiles[cubic.profile as usize];
                 let own = stencils.value(profile, &flow);
@@ -375,7 +373,7 @@ fn joined(bodies: &[Body]) -> Vec<Vec<(usize, Vector3<f64>)>> {
 struct FindTargets<'a, V: Velocities, const D: usize> {
     cuts: &'a mut LocalBodies<D>,
     velocities: V,
-    grid: &'a Grid<D>,
+    domain: &'a Domain<D>,
     u: &'a VectorField<D>,
     /// As in [`super::stencil::Stencils::values`].
     limit: Option<(f64, f64)>,
@@ -388,7 +386,8 @@ impl<V: Velocities, const D: usize> WithSimd for FindTargets<'_, V, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let FindTargets { cuts, velocities, grid, u, limit, cleared } = self;
+        let FindTargets { cuts, velocities, domain, u, limit, cleared } = self;
+        let Domain { grid, boundaries, .. } = domain;
         for (k, cut) in cuts.each_mut() {
             let CutBody { ghosts: GhostCells { cells, profiles, cubic, .. }, stencils, .. } = cut;
             let sets = |ghost: &GhostCell| cleared || !ghost.cleared;
@@ -397,7 +396,7 @@ impl<V: Velocities, const D: usize> WithSimd for FindTargets<'_, V, D> {
                 let rigid = own.at(&ghost.arm);
                 ghost.target = if sets(ghost) { rigid } else { Vector3::zeros() };
             }
-            let flow = Flow { grid, u, velocities, k };
+            let flow = Flow { grid, u, boundaries, velocities, k };
             stencils.values(
                 simd,
                 profiles,

@@ -41,14 +41,18 @@ pub enum Other {
     /// A body, and the arm from its centre (m); its image in a plane of symmetry normal to that
     /// axis, where there is one.
     Body(usize, Vector3<f64>, Option<usize>),
-    /// A boundary with this velocity (m/s).
-    Boundary(Vector3<f64>),
+    /// A boundary across this axis, at its low (0) or high (1) side, at this stored position.
+    Boundary(usize, usize, usize),
 }
 
 impl Other {
     /// The velocity there (m/s); `None` where nothing is near.
     #[inline]
-    pub fn velocity(&self, velocities: impl Velocities) -> Option<Vector3<f64>> {
+    pub fn velocity<const D: usize>(
+        &self,
+        velocities: impl Velocities,
+        boundaries: &Boundaries<D>,
+    ) -> Option<Vector3<f64>> {
         match *self {
             Other::Nothing => None,
             Other::Body(j, arm, None) => Some(velocities(j).at(&arm)),
@@ -58,7 +62,12 @@ impl Other {
                 velocity[axis] = -velocity[axis];
                 Some(velocity)
             }
-            Other::Boundary(velocity) => Some(velocity),
+            Other::Boundary(axis, side, at) => {
+                let Some(BoundaryKind::Velocity(given)) = &boundaries.kinds[axis][side] else {
+                    return None;
+                };
+                Some(Vector3::from_fn(|a, _| if a < D { given[a][at] } else { 0.0 }))
+            }
         }
     }
 }
@@ -382,11 +391,9 @@ impl<const D: usize> Surroundings<'_, D> {
             let width = (distance / n[axis].abs()).max(0.0);
             if width < gap.width {
                 gap.width = width;
-                gap.other = if let BoundaryKind::Velocity(velocity) = boundary {
+                gap.other = if let BoundaryKind::Velocity(_) = boundary {
                     let at = self.grid.position_on_boundary(axis, &(image + foot + width * n));
-                    Other::Boundary(Vector3::from_fn(
-                        |a, _| if a < D { velocity[a][at] } else { 0.0 },
-                    ))
+                    Other::Boundary(axis, side, at)
                 } else {
                     Other::Nothing
                 };

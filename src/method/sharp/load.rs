@@ -144,9 +144,7 @@ pub fn shear_force<const D: usize>(
     u: &VectorField<D>,
 ) -> Load {
     let cut = &cut.bodies[k];
-    let grid = &domain.grid;
-    let viscosity = domain.fluid.viscosity;
-    Arch::new().dispatch(WallShear { cut, velocities, k, grid, u, viscosity })
+    Arch::new().dispatch(WallShear { cut, velocities, k, domain, u })
 }
 
 /// This rank's part of the momentum (kg m/s) and angular momentum (kg m2/s) inside the body
@@ -174,9 +172,8 @@ struct WallShear<'a, V: Velocities, const D: usize> {
     cut: &'a CutBody<D>,
     velocities: V,
     k: usize,
-    grid: &'a Grid<D>,
+    domain: &'a Domain<D>,
     u: &'a VectorField<D>,
-    viscosity: f64,
 }
 
 impl<V: Velocities, const D: usize> WithSimd for WallShear<'_, V, D> {
@@ -184,9 +181,11 @@ impl<V: Velocities, const D: usize> WithSimd for WallShear<'_, V, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let WallShear { cut, velocities, k, grid, u, viscosity } = self;
+        let WallShear { cut, velocities, k, domain, u } = self;
+        let Domain { grid, boundaries, .. } = domain;
+        let viscosity = domain.fluid.viscosity;
         let mut load = Load::default();
-        let flow = Flow { grid, u, velocities, k };
+        let flow = Flow { grid, u, boundaries, velocities, k };
         cut.stencils.values(
             simd,
             &cut.surface.points,

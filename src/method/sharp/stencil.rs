@@ -36,7 +36,7 @@ use super::gap::{Other, Shares, Surroundings, smooth_step};
 use super::image_point::{ImagePoint, Lattice, Place, Ray};
 use super::normal::{Line, Normal};
 use super::profile;
-use crate::grid::{Grid, VectorField};
+use crate::grid::{Boundaries, Grid, VectorField};
 use crate::numerics::{BLENDING_WIDTH, IMAGE_POINT, SLOPE_IMAGE_POINT};
 use crate::particles::{RigidVelocity, Velocities};
 use nalgebra::Vector3;
@@ -131,6 +131,8 @@ pub struct Flow<'a, V: Velocities, const D: usize> {
     /// The grid, and the velocity of its cells (m/s), ghosts filled.
     pub grid: &'a Grid<D>,
     pub u: &'a VectorField<D>,
+    /// The boundaries, which may be across a gap.
+    pub boundaries: &'a Boundaries<D>,
     /// The velocities of all bodies, and which it is.
     pub velocities: V,
     pub k: usize,
@@ -344,7 +346,7 @@ impl<const D: usize> Stencils<D> {
         &self,
         Reading { arm, stencil, .. }: &Reading,
         seen: &[[f64; D]],
-        Flow { velocities, k, .. }: &Flow<impl Velocities, D>,
+        Flow { boundaries, velocities, k, .. }: &Flow<impl Velocities, D>,
         limit: Option<(f64, f64)>,
     ) -> Vector3<f64> {
         let (rest, turning) = self.rigid(stencil, arm, &velocities(*k));
@@ -366,7 +368,7 @@ impl<const D: usize> Stencils<D> {
             }
         }
         let Some(across) = self.across.get(stencil.across as usize) else { return sum };
-        let there = across.other.velocity(*velocities);
+        let there = across.other.velocity(*velocities, boundaries);
         there.map_or(sum, |there| sum + across.share * (there - (rest + across.wall * turning)))
     }
 

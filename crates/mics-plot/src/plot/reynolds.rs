@@ -4,7 +4,7 @@
 use super::Run;
 use super::paths::brief;
 use crate::figure::{self, Axes, Series, SeriesStyle};
-use mics_run::config::{Case, MeasureKind, Motion, Reference, Side};
+use mics_run::config::{Case, Inflow, MeasureKind, Motion, Reference, Side};
 use mics_run::not_a_run;
 use mics_run::progress::Record;
 use mics_run::published::cylinder_reference;
@@ -130,7 +130,8 @@ fn in_the_box_of_section_3(case: &Case) -> bool {
         && near(disc.position[0], from, case.spacings()[0] / d)
         && matches!(
             sides[..],
-            [Side::Inflow(v), Side::Outflow, Side::Periodic, Side::Periodic] if v[1] == 0.0
+            [Side::Inflow(Inflow::Steady(v)), Side::Outflow, Side::Periodic, Side::Periodic]
+                if v[1] == 0.0
         )
 }
 

@@ -2,8 +2,8 @@
 
 use super::fault::AXES;
 use super::{
-    Advection, Cadence, Case, Checkpoints, Contact, Damping, Drive, Loss, Motion, PairLaw, Scheme,
-    Side, Solid, Step,
+    Advection, Cadence, Case, Checkpoints, Contact, Damping, Drive, Loss, Motion, OverTime,
+    PairLaw, Scheme, Side, Solid, Step,
 };
 use crate::words::{number, rounded};
 use std::fmt;
@@ -252,34 +252,54 @@ impl Contact {
     }
 }
 
+/// The factor of an inflow or a drive in words, ahead of which its value stands; empty for none.
+fn over_time(table: Option<&OverTime>) -> String {
+    table.map_or(String::new(), |table| {
+        let least = table.factor.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = table.factor.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        format!(", times {} to {} over time", number(least), number(most))
+    })
+}
+
 impl Drive {
     /// Drive of the fluid in words.
     pub fn describe(&self) -> String {
-        match self {
-            Drive::Force(force) => format!("a force of {force:?} N/m3 on the fluid"),
+        let words = match self {
+            Drive::Force(force) => format!("a force of {:?} N/m3 on the fluid", force.vector()),
             Drive::Gravity(_) => "gravity along the periodic axes, on the fluid as well".into(),
             Drive::MeanVelocity(held) => format!(
                 "the gradient of the pressure that holds a mean velocity of {} m/s along {}",
                 held.value,
                 AXES[held.axis.index()]
             ),
-        }
+        };
+        words + &over_time(self.over_time())
     }
 }
 
 impl Side {
     /// The condition in words.
     pub fn describe(&self) -> String {
-        match self {
+        let words = match self {
             Side::Periodic => "periodic".into(),
             Side::Outflow => "outflow".into(),
             Side::Wall => "wall".into(),
             Side::Slip => "slip".into(),
             Side::MovingWall(v) => format!("moving wall {v:?} m/s"),
-            Side::Inflow(v) => format!("inflow {v:?} m/s"),
-            Side::InflowParabola(v) => format!("parabolic inflow, {v:?} m/s in the middle"),
+            Side::Inflow(v) => format!("inflow {:?} m/s", v.velocity()),
+            Side::InflowParabola(v) => {
+                format!("parabolic inflow, {:?} m/s in the middle", v.velocity())
+            }
+            Side::InflowHalfParabola(v) => {
+                format!("half-parabolic inflow, {:?} m/s at the top", v.velocity())
+            }
+            Side::InflowLog(p) => format!(
+                "logarithmic inflow, {:?} m/s in the mean over a bed of roughness {:?} m",
+                p.velocity, p.roughness
+            ),
             Side::InflowProfile(p) => format!("inflow profile of {} points", p.at.len()),
-        }
+        };
+        words + &over_time(self.over_time())
     }
 }
 

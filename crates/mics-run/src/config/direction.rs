@@ -79,7 +79,7 @@ fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
 /// Where the drive pushes the fluid: its force, or gravity along the periodic axes.
 fn driven(case: &Case) -> Option<Vector3<f64>> {
     match case.drive.as_ref()? {
-        Drive::Force(force) => Some(vector(force)),
+        Drive::Force(force) => Some(vector(force.vector())),
         Drive::Gravity(_) => Some(gravity_along(case, true)),
         Drive::MeanVelocity(_) => None,
     }

@@ -88,6 +88,16 @@ pub(super) fn finite(key: &str, values: &[f64], unit: &str) -> Check {
     Ok(())
 }
 
+/// Two finite numbers or more, which increase; `what` names them.
+pub(super) fn increasing(key: &str, values: &[f64], what: &str, unit: &str) -> Check {
+    finite(key, values, unit)?;
+    let count = values.len();
+    ensure!(count >= 2, key, "needs at least 2 {what} ({unit}), not {count}");
+    let holds = values.is_sorted_by(|a, b| a < b);
+    ensure!(holds, key, "the {what} ({unit}) must increase from each to the next");
+    Ok(())
+}
+
 /// One finite number for each axis.
 pub(super) fn vector(key: &str, value: &[f64], dimension: usize, unit: &str) -> Check {
     let count = value.len();

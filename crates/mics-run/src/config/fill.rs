@@ -41,13 +41,17 @@ fn fill_measures(case: &mut Case) -> Check {
     Ok(())
 }
 
-/// The velocity (m/s) of the first inflow, at its middle.
+/// The velocity (m/s) of the first inflow at time 0, of a profile of points at its middle.
 fn inflow(case: &Case) -> Option<Vec<f64>> {
-    (0..6).find_map(|face| match case.boundary.side(face)? {
-        Side::Inflow(v) | Side::InflowParabola(v) => Some(v.clone()),
-        Side::InflowProfile(p) => {
-            Some(p.velocity_at(0.5 * case.domain.size[usize::from(face < 2)]))
+    (0..6).find_map(|face| {
+        let side = case.boundary.side(face)?;
+        let mut velocity = match side {
+            Side::InflowProfile(p) => p.velocity_at(0.5 * case.domain.size[usize::from(face < 2)]),
+            _ => side.inflow().first()?.clone(),
+        };
+        if let Some(table) = side.over_time() {
+            velocity.iter_mut().for_each(|v| *v *= table.at(0.0));
         }
-        _ => None,
+        Some(velocity)
     })
 }

@@ -44,7 +44,7 @@ pub struct Measure {
     /// centre first passes there (m), or `"contact"`. Default: a place or angle at the end, the
     /// mean of a velocity or spin.
     pub when: Option<When>,
-    /// Reference speed (m/s), default the inflow's.
+    /// Reference speed (m/s), default the inflow's, at the largest factor of its `over_time`.
     pub speed: Option<f64>,
     /// Reference length (m) of a coefficient or a Strouhal number, default the diameter of the disc
     /// or sphere of the particle's volume.

@@ -29,6 +29,7 @@ mod message;
 mod obstacle;
 mod orientation;
 mod output;
+mod over_time;
 mod particle;
 mod preset;
 mod pressure;
@@ -43,7 +44,7 @@ mod time;
 mod validate;
 mod write;
 
-pub use boundary::{Boundary, Profile, Side};
+pub use boundary::{Boundary, Inflow, LogProfile, Profile, Side, VaryingInflow};
 pub use change::refuse_changes;
 pub use contact::{
     Contact, Damping, Loss, MOST_SUBSTEPS, Pair, PairLaw, Stiffness, Substeps, TangentialDamping,
@@ -51,7 +52,7 @@ pub use contact::{
 };
 pub use coupling::{Coupling, ForceRule, WallRule};
 pub use describe::Line;
-pub use drive::{Axis, Drive, MeanVelocity};
+pub use drive::{Axis, Drive, DrivingForce, MeanVelocity, VaryingForce};
 pub use fault::{AXES, Check, Fault};
 pub use measure::{Measure, Reference, When, Which};
 pub use measure_kind::MeasureKind;
@@ -59,6 +60,7 @@ pub use message::suggest;
 pub use obstacle::{Heights, Obstacle, Outlines, Surface, Wall};
 pub use orientation::{About, By, Orientation};
 pub use output::{Cadence, Checkpoints, FixedRows, Output, Removed, Section};
+pub use over_time::OverTime;
 pub use particle::{Enter, Lock, Motion, Oscillation, Particle, Prescribed, Spin};
 pub use preset::Preset;
 pub use pressure::{History, Petsc, Pressure, Solver};
@@ -170,6 +172,15 @@ impl Case {
         self.spacings().into_iter().fold(0.0, f64::max)
     }
 
+    /// The axis of the height above the bed on a side across an `axis`, that of gravity where it
+    /// lies in the side, else the first along it; and whether the bed is at its high end.
+    pub fn height(&self, axis: usize) -> (usize, bool) {
+        let gravity = |a: usize| self.fluid.gravity.get(a).copied().unwrap_or(0.0);
+        let along = (0..self.dimension()).filter(|a| *a != axis);
+        let height = along.reduce(|a, b| if gravity(b).abs() > gravity(a).abs() { b } else { a });
+        height.map_or((axis, false), |height| (height, gravity(height) > 0.0))
+    }
+
     /// The length (m) of each axis whose sides are joined.
     fn periods(&self) -> Vec<Option<f64>> {
         let sizes = self.domain.size.iter().enumerate();
@@ -182,8 +193,8 @@ impl Case {
     }
 
     /// The stream (m/s): the fastest inflow's velocity; without one, the mean velocity that is
-    /// held; without one, the initial velocity; without one, the fastest moving wall's. `None`
-    /// where all of these rest.
+    /// held, both at the largest factor of their tables over time; without one, the initial
+    /// velocity; without one, the fastest moving wall's. `None` where all of these rest.
     pub fn reference_velocity(&self) -> Option<Vec<f64>> {
         let fastest = |all: &mut dyn Iterator<Item = Vec<f64>>| {
             // The first of those that are alike.
@@ -195,10 +206,14 @@ impl Case {
         let held = self.drive.as_ref().and_then(|drive| {
             let Drive::MeanVelocity(held) = drive else { return None };
             let mut mean = vec![0.0; self.dimension()];
-            mean[held.axis.index()] = held.value;
+            mean[held.axis.index()] = drive.largest_factor() * held.value;
             Some(mean)
         });
-        fastest(&mut sides().flat_map(Side::inflow).cloned())
+        let strongest = |s: &Side| -> Vec<Vec<f64>> {
+            let factor = s.over_time().map_or(1.0, OverTime::largest);
+            s.inflow().iter().map(|v| v.iter().map(|v| factor * v).collect()).collect()
+        };
+        fastest(&mut sides().flat_map(strongest))
             .or_else(|| fastest(&mut held.into_iter()))
             .or_else(|| fastest(&mut [self.initial.velocity.clone()].into_iter()))
             .or_else(|| fastest(&mut sides().filter_map(moving)))
@@ -313,7 +328,8 @@ pub struct Initial {
     /// Number of particles that come from that run.
     #[serde(skip)]
     pub inherited: usize,
-    /// Uniform velocity (m/s); default the inflow's, of a profile that of its middle, or rest.
+    /// Uniform velocity (m/s); default that which the inflow is given at time 0, of
+    /// `inflow_profile` that of its middle, or rest.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub velocity: Vec<f64>,
     /// Largest speed V (m/s) of an added Taylor-Green vortex (1937) in a periodic box, default

@@ -14,7 +14,7 @@ use super::fill::fill;
 use super::obstacle::off_walls;
 use super::swarm::expand;
 use super::validate::{measures, name_particles, validate};
-use super::{Case, Particle, obstacle, shape};
+use super::{Case, Particle, obstacle, over_time, shape};
 use crate::error::Given;
 use crate::{Error, Result};
 
@@ -113,6 +113,7 @@ fn checked(
     let mut case = document.to_case()?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut said = shape::build(&mut case, folder)?;
+    over_time::build(&mut case, folder)?;
     validate(&case)?;
     said.extend(obstacle::build(&mut case, folder)?);
     begin(&mut case, folder, read_bodies)?;

@@ -35,12 +35,16 @@ pub fn stream(case: &Case) -> Option<Stream> {
     })
 }
 
-/// The force per volume (N/m3) that drives the fluid, given or of gravity along a slope; `None`
-/// where there is no such drive.
+/// The largest force per volume (N/m3) that drives the fluid, given or of gravity along a slope;
+/// `None` where there is no such drive.
 fn driving_force(case: &Case) -> Option<f64> {
     let axes = || (0..case.dimension()).filter(|axis| case.periodic(*axis));
-    match case.drive.as_ref()? {
-        Drive::Force(force) => Some(axes().map(|a| force[a] * force[a]).sum::<f64>().sqrt()),
+    let drive = case.drive.as_ref()?;
+    match drive {
+        Drive::Force(force) => {
+            let squares = axes().map(|a| force.vector()[a].powi(2)).sum::<f64>();
+            Some(drive.largest_factor() * squares.sqrt())
+        }
         Drive::Gravity(_) => Some(
             case.fluid.density * axes().map(|a| case.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
         ),

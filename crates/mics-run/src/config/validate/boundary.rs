@@ -1,7 +1,7 @@
 //! The rules of the sides of the box: pairs, axes, profiles, and what comes in goes out.
 
 use super::*;
-use crate::config::fault::{AXES, finite, short};
+use crate::config::fault::{AXES, increasing, short};
 
 /// Checks the conditions at the sides of the box.
 pub(super) fn boundary(case: &Case) -> Check {
@@ -38,9 +38,15 @@ pub(super) fn boundary(case: &Case) -> Check {
                     "a wall moves in its own plane: set {x} to 0.0 m/s, not {normal:?}"
                 );
             }
-            Side::Inflow(velocity) => vector(&format!("{key}.inflow"), velocity, dimension, "m/s")?,
-            Side::InflowParabola(velocity) => {
-                vector(&format!("{key}.inflow_parabola"), velocity, dimension, "m/s")?
+            Side::Inflow(inflow) => velocity(&key, "inflow", inflow, dimension)?,
+            Side::InflowParabola(peak) => velocity(&key, "inflow_parabola", peak, dimension)?,
+            Side::InflowHalfParabola(top) => {
+                velocity(&key, "inflow_half_parabola", top, dimension)?
+            }
+            Side::InflowLog(LogProfile { velocity, roughness, .. }) => {
+                let key = format!("{key}.inflow_log");
+                vector(&format!("{key}.velocity"), velocity, dimension, "m/s")?;
+                positive(&format!("{key}.roughness"), *roughness, "m")?;
             }
             Side::InflowProfile(points) => {
                 profile(&format!("{key}.inflow_profile"), points, dimension)?
@@ -50,7 +56,17 @@ pub(super) fn boundary(case: &Case) -> Check {
     balance(case)
 }
 
-/// Refuses inflows without an outflow, unless as much goes out by their velocities as comes in.
+/// Checks the velocity of an inflow of a kind.
+fn velocity(side: &str, kind: &str, inflow: &Inflow, dimension: usize) -> Check {
+    let key = match inflow {
+        Inflow::Steady(_) => format!("{side}.{kind}"),
+        Inflow::Varying(_) => format!("{side}.{kind}.velocity"),
+    };
+    vector(&key, inflow.velocity(), dimension, "m/s")
+}
+
+/// Refuses inflows without an outflow, unless as much goes out by their velocities as comes in, at
+/// all times.
 fn balance(case: &Case) -> Check {
     let mut sides = case.sides().map(|(_, side)| side).enumerate();
     if case.sides().any(|(_, side)| *side == Side::Outflow) {
@@ -74,6 +90,20 @@ fn balance(case: &Case) -> Check {
         short(enters),
         short(leaves)
     );
+    let through = || {
+        let sides = case.sides().enumerate();
+        sides.filter(|(number, (_, side))| side.flux(*number, &case.domain) != 0.0)
+    };
+    let table = through().next().and_then(|(_, (_, side))| side.over_time());
+    let other = through().find(|(_, (_, side))| side.over_time() != table);
+    let other = other.map_or("", |(_, (name, _))| name);
+    ensure!(
+        other.is_empty(),
+        format!("boundary.{other}"),
+        "inflow without outflow, and another table over_time than the other inflows have: what \
+        comes in would not go out at all times; give all inflows the same over_time, or set a side \
+        to \"outflow\""
+    );
     Ok(())
 }
 
@@ -84,11 +114,7 @@ const BALANCED: f64 = 1e-12;
 fn profile(key: &str, profile: &Profile, dimension: usize) -> Check {
     let points = profile.at.len();
     let velocities = profile.velocity.len();
-    let key_at = format!("{key}.at");
-    finite(&key_at, &profile.at, "m")?;
-    ensure!(points >= 2, key_at, "needs at least 2 coordinates (m), not {points}");
-    let increasing = profile.at.is_sorted_by(|a, b| a < b);
-    ensure!(increasing, key_at, "the coordinates (m) must increase from each to the next");
+    increasing(&format!("{key}.at"), &profile.at, "coordinates", "m")?;
     let key = format!("{key}.velocity");
     ensure!(
         velocities == points,
