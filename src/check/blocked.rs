@@ -106,13 +106,13 @@ enum Way {
 
 /// The axes along which the fluid of a case is driven.
 fn driven_axes(case: &Case) -> Vec<usize> {
-    let periodic = |axis: &usize| case.periodic(*axis);
-    let axes = (0..case.dimension()).filter(periodic);
     match &case.drive {
         None => Vec::new(),
-        Some(Drive::Force(force)) => axes.filter(|axis| force.vector()[*axis] != 0.0).collect(),
-        Some(Drive::Gravity(_)) => axes.filter(|axis| case.fluid.gravity[*axis] != 0.0).collect(),
         Some(Drive::MeanVelocity(held)) => vec![held.axis.index()],
+        Some(drive) => {
+            let push = drive.push(case).unwrap_or_default();
+            (0..3).filter(|axis| push[*axis] != 0.0).collect()
+        }
     }
 }
 

@@ -10,7 +10,7 @@
 //!   stream                      part along the stream
 //! ```
 
-use super::{Case, Drive, Measure, MeasureKind, Motion};
+use super::{Case, Measure, MeasureKind, Motion};
 use crate::config::fault::Fault;
 use nalgebra::Vector3;
 
@@ -72,17 +72,13 @@ fn stream(case: &Case, measure: &Measure) -> Vector3<f64> {
         Motion::Free if !case.fluid.gravity.is_empty() => {
             -heavy.signum() * vector(&case.fluid.gravity)
         }
-        _ => driven(case).unwrap_or_default(),
+        _ => push(case).unwrap_or_default(),
     }
 }
 
-/// Where the drive pushes the fluid: its force, or gravity along the periodic axes.
-fn driven(case: &Case) -> Option<Vector3<f64>> {
-    match case.drive.as_ref()? {
-        Drive::Force(force) => Some(vector(force.vector())),
-        Drive::Gravity(_) => Some(gravity_along(case, true)),
-        Drive::MeanVelocity(_) => None,
-    }
+/// Force of the drive on the fluid (N/m3); `None` where there is none, or one that a step finds.
+fn push(case: &Case) -> Option<Vector3<f64>> {
+    case.drive.as_ref()?.push(case)
 }
 
 /// Gravity along the axes that are periodic, or along those that have sides.
@@ -106,7 +102,7 @@ pub(super) fn axis(case: &Case, measure: &Measure) -> Result<usize, Fault> {
         let sided = gravity_along(case, false);
         if sided != Vector3::zeros() { sided } else { gravity_along(case, true) }
     } else {
-        driven(case).or_else(|| case.reference_velocity().map(|v| vector(&v))).unwrap_or_default()
+        push(case).or_else(|| case.reference_velocity().map(|v| vector(&v))).unwrap_or_default()
     };
     let why = "nothing says along which axis: give `axis`, as in axis = \"x\"";
     let fault = || Fault { key: "kind".to_owned(), message: why.into() };

@@ -2,6 +2,7 @@
 
 use super::{Case, OverTime};
 use crate::config::fault::{AXES, Check, finite, vector};
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -128,6 +129,23 @@ impl Drive {
     /// The largest size of its factor over time.
     pub fn largest_factor(&self) -> f64 {
         self.over_time().map_or(1.0, OverTime::largest)
+    }
+
+    /// Its force on the fluid (N/m3) along the periodic axes of its case, at a factor of 1; `None`
+    /// where it is found in every step.
+    pub fn push(&self, case: &Case) -> Option<Vector3<f64>> {
+        let along = |of: &[f64], a: usize| {
+            let periodic = a < case.dimension() && case.periodic(a);
+            of.get(a).copied().filter(|_| periodic).unwrap_or(0.0)
+        };
+        let density = case.fluid.density;
+        match self {
+            Drive::Force(force) => Some(Vector3::from_fn(|a, _| along(force.vector(), a))),
+            Drive::Gravity(_) => {
+                Some(Vector3::from_fn(|a, _| density * along(&case.fluid.gravity, a)))
+            }
+            Drive::MeanVelocity(_) => None,
+        }
     }
 
     /// Checks it as a part of its case.

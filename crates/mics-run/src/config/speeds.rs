@@ -9,7 +9,7 @@
 //! The first is laminar, the second twice what turbulence lets through at friction Reynolds numbers
 //! of some thousands.
 
-use super::{Case, Drive, Side};
+use super::{Case, Side};
 
 /// The stream that a case tells, and the length that its Reynolds number goes by.
 pub struct Stream {
@@ -38,18 +38,8 @@ pub fn stream(case: &Case) -> Option<Stream> {
 /// The largest force per volume (N/m3) that drives the fluid, given or of gravity along a slope;
 /// `None` where there is no such drive.
 fn driving_force(case: &Case) -> Option<f64> {
-    let axes = || (0..case.dimension()).filter(|axis| case.periodic(*axis));
     let drive = case.drive.as_ref()?;
-    match drive {
-        Drive::Force(force) => {
-            let squares = axes().map(|a| force.vector()[a].powi(2)).sum::<f64>();
-            Some(drive.largest_factor() * squares.sqrt())
-        }
-        Drive::Gravity(_) => Some(
-            case.fluid.density * axes().map(|a| case.fluid.gravity[a].powi(2)).sum::<f64>().sqrt(),
-        ),
-        Drive::MeanVelocity(_) => None,
-    }
+    Some(drive.largest_factor() * drive.push(case)?.norm())
 }
 
 /// The speed (m/s) of the fluid once friction balances that force; infinite where nothing holds
