@@ -10,6 +10,7 @@
 //!   stream                      part along the stream
 //! ```
 
+use super::measure::vector;
 use super::{Case, Drive, Measure, MeasureKind, Motion};
 use crate::config::fault::Fault;
 use nalgebra::Vector3;
@@ -120,10 +121,6 @@ fn across(stream: &Vector3<f64>, dimension: usize) -> Vector3<f64> {
     let mut next = Vector3::zeros();
     next[(stream.iamax() + 1) % 3] = 1.0;
     (next - next.dot(stream) * stream).normalize()
-}
-
-fn vector(of: &[f64]) -> Vector3<f64> {
-    Vector3::from_fn(|axis, _| of.get(axis).copied().unwrap_or(0.0))
 }
 
 #[cfg(test)]

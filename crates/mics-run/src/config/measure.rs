@@ -37,6 +37,9 @@ pub struct Measure {
     /// initial velocity or a moving wall, less a prescribed velocity; otherwise it is along an
     /// oscillation or gravity.
     pub direction: Option<Vec<f64>>,
+    /// Point about which `torque` is taken (m), default the centre of the particle or obstacle:
+    /// `T_about = T_centre + (centre - about) x F`, with the centre as it lies in the box.
+    pub about: Option<Vec<f64>>,
     /// From this time on (s).
     #[serde(default)]
     pub from: f64,
@@ -104,11 +107,15 @@ impl Measure {
 
     /// Its direction, a unit vector; `None` without a force, or for a fit of Morison's formula.
     pub fn direction(&self) -> Option<Vector3<f64>> {
-        let component = |v: &[f64], axis: usize| v.get(axis).copied().unwrap_or(0.0);
         match &self.direction {
-            Some(v) => Some(Vector3::from_fn(|axis, _| component(v, axis))),
+            Some(v) => Some(vector(v)),
             None => (self.kind == MeasureKind::Torque).then(Vector3::z),
         }
+    }
+
+    /// The point about which its torque is taken (m); `None` for the body's centre.
+    pub fn about(&self) -> Option<Vector3<f64>> {
+        self.about.as_deref().map(vector)
     }
 
     /// Definition of the force, for a kind that is of a force.
@@ -122,6 +129,11 @@ impl Measure {
             |m: &Measure| Measure { reference: None, tolerance: None, source: None, ..m.clone() };
         bare(self) == bare(other)
     }
+}
+
+/// A vector of the case; in 2D its third component is zero.
+pub(super) fn vector(of: &[f64]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| of.get(axis).copied().unwrap_or(0.0))
 }
 
 /// A particle, or several.

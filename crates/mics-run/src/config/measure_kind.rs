@@ -25,7 +25,7 @@ pub enum MeasureKind {
     /// `direction` (N, in 2D N/m).
     Force,
     /// Mean of the torque by the fluid on a particle or an obstacle, about the axis through its
-    /// centre that is along z or, in 3D, along `direction` (N m, in 2D N m/m).
+    /// centre, or the point `about`, that is along z or, in 3D, `direction` (N m, in 2D N m/m).
     Torque,
     /// Root mean square of the lift coefficient about its mean.
     LiftRms,

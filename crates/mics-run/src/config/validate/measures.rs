@@ -111,6 +111,10 @@ fn check(measure: &Measure, case: &Case, own: bool) -> Check {
         let some = direction.iter().any(|part| *part != 0.0);
         ensure!(some, "direction", "is nothing but zeros: give a direction, as in [1.0, 0.0]");
     }
+    if let Some(about) = &measure.about {
+        ensure!(*kind == MeasureKind::Torque, "about", "is of torque only");
+        vector("about", about, case.dimension(), "m")?;
+    }
     box_keys(case, measure)?;
     needs_of_kind(case, measure)?;
     moment(case, measure)?;
