@@ -8,6 +8,7 @@ mod bad_command;
 mod bad_input;
 mod bad_keys;
 mod balance;
+mod bed_measures;
 mod book;
 mod boundaries;
 mod box_measures;

@@ -48,7 +48,7 @@ pub(super) fn kind(kind: MeasureKind) -> (fn(&View) -> f64, Becomes) {
     use MeasureKind::*;
     match kind {
         Angle => (|v| v.body(|b| b.angle), Last),
-        BedHeight => (|v| v.of_box, Mean),
+        BedHeight | BedShearStress | BedloadRate | Einstein | Shields => (|v| v.of_box, Mean),
         BodyEnergy => (|v| v.of_box, Mean),
         ContactStart => (|v| f64::from(v.touches()), FirstTime),
         Dissipation => (|v| v.of_box, LargestFall),
@@ -150,9 +150,11 @@ impl View<'_> {
         };
         let torque = self.step.exchange.get(self.particle).map_or_else(Vector3::zeros, at_centre);
         let body = self.step.bodies.get(self.particle);
-        let moved = self.measure.about().zip(body).map(|(about, body)| {
-            (body.centre - about).cross(&self.force(self.particle))
-        });
+        let moved = self
+            .measure
+            .about()
+            .zip(body)
+            .map(|(about, body)| (body.centre - about).cross(&self.force(self.particle)));
         torque + moved.unwrap_or_default()
     }
 
