@@ -14,6 +14,7 @@ pub mod progress;
 mod rows;
 pub mod snapshot;
 pub mod statistics;
+mod surface;
 pub mod survey;
 pub mod vti;
 

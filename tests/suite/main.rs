@@ -73,4 +73,5 @@ mod support;
 mod swing;
 mod symmetry;
 mod time_order;
+mod tractions;
 mod vortex;
