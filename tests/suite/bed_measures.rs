@@ -5,8 +5,8 @@ use crate::box_measures::measures;
 use crate::support::{box_case, columns, mics, run};
 use std::f64::consts::PI;
 
-/// Couette flow under a lid of 0.1 m/s, 0.1 m over the bed: the stress is 10 Pa s U/H by the balance
-/// of momentum, from the shear above, and in a region, from that below.
+/// Couette flow under a lid of 0.1 m/s, 0.1 m over the bed: the stress is 10 Pa s U/H by the
+/// balance of momentum, from the shear above, and in a region, from that below.
 #[test]
 fn bed_shear_stress_of_couette_flow_is_exact() {
     let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "{ moving_wall = [0.1, 0.0] }"];

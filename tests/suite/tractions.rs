@@ -5,9 +5,9 @@ use mics::scene::Scene;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
-/// The largest difference of the pressure on the bodies from that of a fluid at rest under a uniform
-/// force (N/m3), over the largest difference of that between two points, and the largest shear over
-/// the same.
+/// The largest difference of the pressure on the bodies from that of a fluid at rest under a
+/// uniform force (N/m3), over the largest difference of that between two points, and the largest
+/// shear over the same.
 fn errors<const D: usize>(scene: &mut Scene<D>, force: Vector3<f64>) -> [f64; 2] {
     let all = scene.method.tractions(&mut scene.domain, &mut scene.state).unwrap();
     let exact = |k: usize| {
@@ -76,8 +76,8 @@ fn surface_pressure_of_fluid_at_rest_is_linear() {
 const DISC: &str = "[[particle]]\nshape = { disc = { diameter = 0.25 } }\nposition = [0.61, 0.47]\n\
     motion = \"fixed\"\n";
 
-/// The shear is that of the force, which is of the step and not of its end; the pressure has another
-/// integral than the force on faces.
+/// The shear is that of the force, which is of the step and not of its end; the pressure has
+/// another integral than the force on faces.
 #[test]
 fn tractions_on_disc_in_stream_sum_to_its_force() {
     let petsc = petsc();
