@@ -130,8 +130,7 @@ pub fn shear_stress<const D: usize>(
         asked && is_over::<D>(m, up, |a| body.centre[a])
     };
     let bodies = s.bodies.iter().zip(&s.exchange).filter(|(body, _)| counts(body));
-    let felt = |body: &Body| domain.felt(&s.drive, body.volume())[axis];
-    let force: f64 = bodies.map(|(body, e)| e.momentum[axis] + felt(body)).sum();
+    let force: f64 = bodies.map(|(_, e)| e.momentum[axis]).sum();
     let [side, area] = side(scene, m, up, below)?;
     let side = if listed { 0.0 } else { side };
     Ok((force - side) / if area > 0.0 { area } else { plan_area(domain) })

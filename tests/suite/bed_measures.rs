@@ -123,6 +123,50 @@ fn bed_measures_equal_numbers_by_hand_of_particles_and_balance() {
     }
 }
 
+/// In a steady channel the bed and the side below it take all that drives it: a force on the fluid
+/// alone, or gravity along a slope, which bodies feel as well.
+#[test]
+fn bed_shear_stress_of_steady_channel_equals_its_drive() {
+    const AREA: f64 = 0.1 * 0.06;
+    let discs = 5.0 * 0.25 * PI * 0.01 * 0.01;
+    let disc = |k: usize| {
+        format!(
+            "[[particle]]\nshape = {{ disc = {{ diameter = 0.01 }} }}\nmotion = \"fixed\"\n\
+            position = [{:?}, 0.006]\n",
+            0.01 + 0.02 * k as f64
+        )
+    };
+    let ground: String = (0..5).map(disc).collect();
+    let stress = |name: &str, keys: &str| {
+        format!(
+            "[[measure]]\nname = \"{name}\"\nkind = \"bed_shear_stress\"\naxis = \"x\"\n\
+            from = 0.75\n{keys}\n"
+        )
+    };
+    let all = stress("all", "region = { min = [0, 0], max = [0.1, 0.06] }");
+    let balance = stress("balance", "");
+    let height = "[[measure]]\nname = \"height\"\nkind = \"bed_height\"\n";
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
+    for (drive, slope, pushed) in
+        [("force = [100.0, 0.0]", 0.0, AREA - discs), ("gravity = true", 0.1, AREA)]
+    {
+        let more = format!(
+            "{ground}[drive]\n{drive}\n{all}{balance}{height}[time]\nend = 0.8\ncfl = 0.4\n\
+            [output]\nfigures = false\n"
+        );
+        let text = box_case([0.1, 0.06], [80, 48], 10.0, sides, &more)
+            .replace("viscosity", &format!("gravity = [{slope:?}, -9.81]\nviscosity"))
+            .replace("density = 1.0", "density = 1000.0");
+        let found = measures(&text);
+        let [all, balance, height] =
+            ["all", "balance", "height"].map(|name| found[name].as_f64().unwrap());
+        let exact = 100.0 * pushed / 0.1;
+        println!("{drive}: {all} Pa of {exact} Pa, by the balance over {height} m {balance} Pa");
+        assert!((all / exact - 1.0).abs() < 5e-3, "{all} {exact}");
+        assert!((balance / (100.0 * (0.06 - height)) - 1.0).abs() < 1e-9, "{balance} {height}");
+    }
+}
+
 #[test]
 fn bed_measures_name_what_a_case_lacks() {
     let dir = tempfile::tempdir().unwrap();
