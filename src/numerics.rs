@@ -1,7 +1,7 @@
 //! The numbers of the method: those that were chosen or fitted once, for all cases.
 //!
 //! Each says what it is, its unit, what less and more of it does, and the range in which the method
-//! has a meaning. `docs/constants.md` has what was measured of each. Numbers that follow from the
+//! has a meaning. `docs/method.md` has what was measured of each. Numbers that follow from the
 //! scheme, or bound rounding or iterations, stand beside their use.
 
 /// Aperture (open fraction of a face) that remains where bodies share a face, or beside a wall of

@@ -232,7 +232,7 @@ pub fn doubled(case: &Case) -> Option<String> {
     })
 }
 
-/// Densities over the fluid's with which free bodies run by the paper's method (`docs/mixture.md`).
+/// Densities over the fluid's with which free bodies run by the paper's method (`docs/method.md`).
 const MIXTURE: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 
 /// The faults of the paper's method that the case meets.
@@ -250,7 +250,7 @@ fn mixture_faults(case: &Case) -> Option<String> {
     let faults: Vec<_> = faults.into_iter().filter(|(met, _)| *met).map(|(_, what)| what).collect();
     Some(format!(
         "warning      coupling.wall = \"mixing\" is the paper's method as printed: {}; \"sharp\" \
-        has none of this (docs/mixture.md has how much)",
+        has none of this (docs/method.md has how much)",
         faults.join(", ")
     ))
 }

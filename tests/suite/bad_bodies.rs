@@ -162,7 +162,7 @@ pub const BAD_BODIES: &[Row] = &[
     ),
     (
         "[time]", "[numerics]\nshared_aperture = 0.2\n[time]", "[numerics]", "numerics",
-        &["no keys any more", "src/numerics.rs", "docs/constants.md"],
+        &["no keys any more", "src/numerics.rs", "docs/method.md"],
     ),
     // Contact and materials.
     ("[time]", "[contact]\nnormal_stiffness = 1.0\nrestitution = 0.5\n\

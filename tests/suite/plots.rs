@@ -253,7 +253,7 @@ fn figures_of_forces_speeds_and_paths_choose_particles() {
             "force along y (N/m)",
             "fluid, in all",
             "pressure on the surface",
-            "the rest",
+            "force defect",
         ],
     );
     shows("speeds", &["fall: velocity of stone", "velocity along y (m/s)"]);

@@ -12,7 +12,7 @@
 //! ```
 //! The force by which (27) acts on the fluid, `sum_c rho alpha_k (u_f - v_k) dV/dt`, is another
 //! measure of the force on the particle, and moves nothing. The method does not conserve the
-//! momentum of fluid and particles together: `docs/mixture.md` has its faults.
+//! momentum of fluid and particles together: `docs/method.md` has its faults.
 
 mod force;
 mod impose;

@@ -1,45 +1,64 @@
-//! Contour lines by marching squares: where a quantity, taken as linear along the sides of squares
-//! of cell centres, has a level.
+//! Contour lines of a quantity, by marching squares of the crate `contour`.
 //!
 //! ```text
-//!   o---+----x    o  a centre under the level
-//!   |    \   |    x  a centre at or over it
-//!   |     \  |    +  a crossing, linear between the two centres
-//!   o------+-x
-//!   A square whose sides are crossed twice holds one part of a line, one whose sides are
-//!   crossed four times (a saddle) two, by the side of the level that the mean of its centres is
-//!   on. A square with a centre that has no value (in a body) holds none.
+//!   o---+----x    o  a centre under the level      the crate closes lines along the edges of the
+//!   |    \   |    x  a centre at or over it        plane: these parts are taken out again, and
+//!   |     \  |    +  a crossing, linear            those beside a centre that has no value (in a
+//!   o------+-x                                     body)
 //! ```
-//!
-//! From the outermost centres to the edge of the plane the quantity is constant, as in
-//! [`sample`](super::trace::sample).
-
-use std::collections::BTreeMap;
+//! From the outermost centres to the edge of the plane lines go on across it.
 
 use super::trace::Point;
 use super::{Disc, Plane};
+use contour::ContourBuilder;
 
 /// The lines of a level, each from one end to the other, or closed with its last point on its
-/// first; the same lines for the same plane. None passes beside a value that is not finite.
+/// first. None passes beside a value that is not finite.
 pub fn contours(plane: &Plane, values: &[f64], level: f64) -> Vec<Vec<Point>> {
-    let nodes = Nodes { plane, values };
-    let mut links = nodes.links(level);
-    // Lines with ends first: begun elsewhere, they would fall in two.
-    let ends: Vec<Side> =
-        links.iter().filter(|(_, next)| next.len() == 1).map(|(side, _)| *side).collect();
-    let all: Vec<Side> = links.keys().copied().collect();
-    let mut lines = Vec::new();
-    for start in ends.into_iter().chain(all) {
-        if links.get(&start).is_some_and(|next| !next.is_empty()) {
-            lines.push(
-                follow(&mut links, start)
-                    .into_iter()
-                    .map(|side| nodes.crossing(side, level))
-                    .collect(),
-            );
-        }
+    let [columns, rows] = plane.cells;
+    // It refuses only values that do not fill the cells.
+    let Ok(lines) = ContourBuilder::new(columns, rows, true).lines(values, &[level]) else {
+        return Vec::new();
+    };
+    let rings = lines.iter().flat_map(|line| line.geometry());
+    rings.flat_map(|ring| parts(plane, ring.coords().map(|at| [at.x, at.y]).collect())).collect()
+}
+
+/// The parts of a ring, in cells, that run within the plane and have places, in its coordinates.
+fn parts(plane: &Plane, mut ring: Vec<Point>) -> Vec<Vec<Point>> {
+    let cells = plane.cells.map(|count| count as f64);
+    let edge = |at: &Point| (0..2).any(|k| at[k] == 0.0 || at[k] == cells[k]);
+    let is_within = |at: &Point| at.iter().all(|x| x.is_finite()) && !edge(at);
+    if let Some(end) = ring.iter().position(|at| !is_within(at)) {
+        // From a point that is taken out, so that no part is cut where the ring begins.
+        ring.pop();
+        ring.rotate_left(end);
+        ring.push(ring[0]);
     }
-    lines
+    let runs = ring.chunk_by(|a, b| is_within(a) == is_within(b));
+    let mut begin = 0_usize;
+    let mut all = Vec::new();
+    for run in runs {
+        let around = [begin.checked_sub(1), Some(begin + run.len())];
+        begin += run.len();
+        if !is_within(&run[0]) {
+            continue;
+        }
+        // On to the edge, where the ring went on along it.
+        let [before, after] = around.map(|k| {
+            let next = ring.get(k?).filter(|at| edge(at))?;
+            let last = if k? < begin { run[0] } else { run[run.len() - 1] };
+            let onto = |k: usize| {
+                if next[k] == 0.0 || next[k] == cells[k] { next[k] } else { last[k] }
+            };
+            Some([onto(0), onto(1)])
+        });
+        let line = before.into_iter().chain(run.iter().copied()).chain(after);
+        let place = |at: Point| [0, 1].map(|k| at[k] * plane.size[k] / cells[k]);
+        all.push(line.map(place).collect::<Vec<_>>());
+    }
+    all.retain(|line| line.len() > 1);
+    all
 }
 
 /// The parts of a line that lie outside all discs.
@@ -47,90 +66,6 @@ pub fn outside(line: Vec<Point>, discs: &[Disc]) -> Vec<Vec<Point>> {
     discs.iter().fold(vec![line], |parts, disc| {
         parts.iter().flat_map(|part| outside_of(part, disc)).collect()
     })
-}
-
-/// A side of a square: the node it begins at, and the axis that it runs along.
-type Side = (usize, usize, usize);
-
-/// Cell centres with a frame of nodes on the edges of the plane.
-struct Nodes<'a> {
-    plane: &'a Plane,
-    values: &'a [f64],
-}
-
-impl Nodes<'_> {
-    fn value(&self, i: usize, j: usize) -> f64 {
-        let [columns, rows] = self.plane.cells;
-        let [i, j] = [i.clamp(1, columns) - 1, j.clamp(1, rows) - 1];
-        self.values[j * columns + i]
-    }
-
-    fn place(&self, i: usize, j: usize) -> Point {
-        let along = |k: usize, axis: usize| {
-            let cells = self.plane.cells[axis] as f64;
-            let size = self.plane.size[axis];
-            ((k as f64 - 0.5) * size / cells).clamp(0.0, size)
-        };
-        [along(i, 0), along(j, 1)]
-    }
-
-    fn crossing(&self, side: Side, level: f64) -> Point {
-        let (i, j, axis) = side;
-        let next_i = i + 1 - axis;
-        let next_j = j + axis;
-        let a = self.value(i, j);
-        let b = self.value(next_i, next_j);
-        let from = self.place(i, j);
-        let to = self.place(next_i, next_j);
-        let part = (level - a) / (b - a);
-        [0, 1].map(|k| from[k] + part * (to[k] - from[k]))
-    }
-
-    /// Every side that the level crosses, and those of its squares that a line goes on to from
-    /// there.
-    fn links(&self, level: f64) -> BTreeMap<Side, Vec<Side>> {
-        let mut links: BTreeMap<Side, Vec<Side>> = BTreeMap::new();
-        let [columns, rows] = self.plane.cells;
-        for (i, j) in (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j))) {
-            let corners =
-                [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.value(i, j));
-            if !corners.iter().all(|value| value.is_finite()) {
-                continue;
-            }
-            let over = corners.map(|value| value >= level);
-            // Side k is between corners k and k + 1.
-            let sides = [(i, j, 0), (i + 1, j, 1), (i, j + 1, 0), (i, j, 1)];
-            let crossed: Vec<Side> =
-                (0..4).filter(|k| over[*k] != over[(k + 1) % 4]).map(|k| sides[k]).collect();
-            let middle_over = corners.iter().sum::<f64>() / 4.0 >= level;
-            let parts = match crossed[..] {
-                [a, b] => vec![(a, b)],
-                // Corners 0 and 2 are joined through the middle, or cut off.
-                [a, b, c, d] if middle_over == over[0] => vec![(a, b), (c, d)],
-                [a, b, c, d] => vec![(d, a), (b, c)],
-                _ => Vec::new(),
-            };
-            for (a, b) in parts {
-                links.entry(a).or_default().push(b);
-                links.entry(b).or_default().push(a);
-            }
-        }
-        links
-    }
-}
-
-/// Takes a line out of the links, from a side on.
-fn follow(links: &mut BTreeMap<Side, Vec<Side>>, start: Side) -> Vec<Side> {
-    let mut line = vec![start];
-    let mut at = start;
-    while let Some(next) = links.get_mut(&at).and_then(Vec::pop) {
-        if let Some(back) = links.get_mut(&next) {
-            back.retain(|side| *side != at);
-        }
-        line.push(next);
-        at = next;
-    }
-    line
 }
 
 /// The parts of a line that lie outside a disc.
@@ -208,44 +143,6 @@ mod tests {
             assert!((at[0] - 1.0 + 0.3 * (at[1] - 1.0) - 0.123).abs() < 1e-12, "{at:?}")
         });
         assert!(lines(&slope, 9.0).is_empty());
-    }
-
-    #[test]
-    fn contours_of_many_hills_never_branch() {
-        let hills = plane(40, |x, y| (9.0 * x).sin() * (11.0 * y).cos() + 0.02 * (x - y));
-        for level in [-0.5, 0.0, 0.02, 0.5] {
-            let all = lines(&hills, level);
-            let crossings = Nodes { plane: &hills, values: &hills.values }.links(level).len();
-            let closed = all.iter().filter(|line| line.first() == line.last()).count();
-            assert_eq!(
-                all.iter().map(Vec::len).sum::<usize>() - closed,
-                crossings,
-                "level {level}"
-            );
-            let edge = |at: &Point| at.iter().any(|x| *x == 0.0 || *x == 2.0);
-            assert!(all.iter().all(|line| line.first() == line.last()
-                || (edge(&line[0]) && edge(&line[line.len() - 1]))));
-        }
-    }
-
-    #[test]
-    fn contour_at_saddle_by_centre_value() {
-        let saddle = |middle: f64| Plane {
-            cells: [2, 2],
-            size: [2.0, 2.0],
-            values: vec![1.0 + middle, -1.0 + middle, -1.0 + middle, 1.0 + middle],
-            ..Plane::default()
-        };
-        for (middle, joined) in [(0.1, true), (-0.1, false)] {
-            // Whether the high corners, at (0.5, 0.5) and (1.5, 1.5), are on one side of both
-            // lines.
-            let all = lines(&saddle(middle), 0.0);
-            assert_eq!(all.len(), 2);
-            let low_corner_cut_off = all
-                .iter()
-                .all(|line| line.iter().all(|[x, y]| x > y) || line.iter().all(|[x, y]| x < y));
-            assert_eq!(low_corner_cut_off, joined, "{all:?}");
-        }
     }
 
     #[test]

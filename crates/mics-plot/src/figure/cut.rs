@@ -40,9 +40,15 @@ impl Disc {
         vec![(0..corners).map(rim).collect()]
     }
 
-    /// Radius of a circle about its centre that has room for writing.
+    /// Radius of a circle about its centre that has room for writing, up to its outermost edges.
     pub fn room(&self) -> f64 {
-        let edges = self.outline.iter().flat_map(|ring| edges(ring));
+        let outer = |(a, b): &(Point, Point)| {
+            let middle = [0, 1].map(|k| 0.5 * (a[k] + b[k]));
+            // Within the ring that it is an edge of, it is at most once.
+            self.outline.iter().filter(|ring| within(std::slice::from_ref(*ring), middle)).count()
+                < 2
+        };
+        let edges = self.outline.iter().flat_map(|ring| edges(ring)).filter(outer);
         edges.map(|(a, b)| to_segment([0.0; 2], a, b)).fold(self.radius, f64::min)
     }
 
@@ -111,18 +117,43 @@ fn edges(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> {
     ring.iter().copied().zip(ring.iter().copied().cycle().skip(1))
 }
 
-/// Whether a point lies within rings: a ray from it crosses them an odd number of times.
+/// Whether a point lies within rings: a ray from it crosses them more often one way than the other.
 pub fn within(rings: &[Vec<Point>], at: Point) -> bool {
-    let crosses = |(a, b): &(Point, Point)| {
+    let crosses = |(a, b): (Point, Point)| {
         let right = a[0] + (at[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
-        (a[1] > at[1]) != (b[1] > at[1]) && at[0] < right
+        match [a[1] > at[1], b[1] > at[1]] {
+            _ if at[0] >= right => 0,
+            [false, true] => 1,
+            [true, false] => -1,
+            _ => 0,
+        }
     };
-    rings.iter().flat_map(|ring| edges(ring)).filter(crosses).count() % 2 == 1
+    rings.iter().flat_map(|ring| edges(ring)).map(crosses).sum::<i32>() != 0
 }
 
 /// Area within a ring, negative where it runs clockwise.
 pub fn area(ring: &[Point]) -> f64 {
     edges(ring).map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0])).sum()
+}
+
+/// The part of a ring and of the plane's edges that bounds what of it is in the plane.
+pub fn in_plane(ring: Vec<Point>, size: [f64; 2]) -> Vec<Point> {
+    [[1.0, 0.0, 0.0], [-1.0, 0.0, size[0]], [0.0, 1.0, 0.0], [0.0, -1.0, size[1]]]
+        .into_iter()
+        .fold(ring, clipped)
+}
+
+/// The part of a polygon where `m[0] x + m[1] y + m[2] > 0`.
+pub fn clipped(ring: Vec<Point>, m: [f64; 3]) -> Vec<Point> {
+    let depth = |point: Point| m[0] * point[0] + m[1] * point[1] + m[2];
+    let sides = ring.iter().zip(ring.iter().cycle().skip(1)).flat_map(|(&a, &b)| {
+        let inside = depth(a) > 0.0;
+        let crosses = (depth(a) > 0.0) != (depth(b) > 0.0);
+        let part = depth(a) / (depth(a) - depth(b));
+        let crossing = [0, 1].map(|k| a[k] + part * (b[k] - a[k]));
+        [inside.then_some(a), crosses.then_some(crossing)]
+    });
+    sides.flatten().collect()
 }
 
 /// Distance of a point from a segment.

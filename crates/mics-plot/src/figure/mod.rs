@@ -21,7 +21,9 @@ mod strip;
 mod trace;
 
 pub use curves::{COLOURS, chart, chart_svg, curves, curves_svg};
-pub use cut::Disc;
+#[cfg(test)]
+pub(crate) use cut::area;
+pub use cut::{Disc, in_plane};
 pub use field::{field, streamlines, streamlines_svg, vorticity, vorticity_svg};
 pub use film::{Format, film};
 pub use paint::shared_range;

@@ -11,9 +11,10 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::axis::Axis;
 use super::canvas::{self, INK, Pixel, SCALE, SMALL, Sheet, THIN};
+use super::cut::{self, clipped, in_plane};
 use super::frame::Frame;
 use super::trace::{self, HOPS, Point, sample};
-use super::{Disc, Plane, Quantity, Scale, cut};
+use super::{Disc, Plane, Quantity, Scale};
 use mics_run::{Error, Result};
 
 /// Distance between arrow heads along a streamline.
@@ -235,10 +236,7 @@ pub fn discs(sheet: &mut Sheet, plot: &Frame, plane: &Plane) {
             continue;
         }
         let corners = (disc.radius * scale).clamp(12.0, 128.0) as usize;
-        for ring in disc.rings(corners) {
-            let rim = in_plane(ring, plane.size);
-            draw_ring(sheet, plot, disc, &rim, colours.at(disc.shade));
-        }
+        draw_body(sheet, plot, disc, corners, plane.size, colours.at(disc.shade));
         write_label(sheet, plot, disc, plane.size, scale);
     }
 }
@@ -266,22 +264,35 @@ fn draw_wall(sheet: &mut Sheet, plot: &Frame, wall: &Disc, size: [f64; 2]) {
     }
 }
 
-/// Draws what one ring bounds of a particle, with the part that is marked.
-fn draw_ring(sheet: &mut Sheet, plot: &Frame, disc: &Disc, rim: &[Point], colour: RGBColor) {
+/// Draws a body with the part that is marked: all edges first, so that none shows where its rings
+/// overlap.
+fn draw_body(
+    sheet: &mut Sheet,
+    plot: &Frame,
+    disc: &Disc,
+    corners: usize,
+    size: [f64; 2],
+    colour: RGBColor,
+) {
     let pixels =
         |places: &[Point]| places.iter().map(|at| plot.pixel(at[0], at[1])).collect::<Vec<Pixel>>();
-    let marked = disc.mark.map(|[x, y, off]| {
-        let off = off - x * disc.centre[0] - y * disc.centre[1];
-        pixels(&clipped(rim.to_vec(), [x, y, off]))
-    });
-    let mut rim = pixels(rim);
-    if rim.len() > 2 {
-        sheet.area(rim.clone(), colour);
-        if let Some(marked) = marked.filter(|places| places.len() > 2) {
+    let rings: Vec<_> = disc.rings(corners).into_iter().map(|ring| in_plane(ring, size)).collect();
+    let rings: Vec<_> = rings.into_iter().filter(|ring| ring.len() > 2).collect();
+    for ring in &rings {
+        let mut edge = pixels(ring);
+        edge.push(edge[0]);
+        sheet.line(edge, INK, 3 * THIN);
+    }
+    for ring in &rings {
+        sheet.area(pixels(ring), colour);
+    }
+    let Some([x, y, off]) = disc.mark else { return };
+    let off = off - x * disc.centre[0] - y * disc.centre[1];
+    for ring in rings {
+        let marked = pixels(&clipped(ring, [x, y, off]));
+        if marked.len() > 2 {
             sheet.area(marked, dark(colour));
         }
-        rim.push(rim[0]);
-        sheet.line(rim, INK, 3 * THIN / 2);
     }
 }
 
@@ -330,24 +341,4 @@ fn ramp(anchors: &[u32]) -> Vec<RGBColor> {
         RGBColor(channel(16), channel(8), channel(0))
     };
     (0..255).map(colour).collect()
-}
-
-/// The part of a ring and of the plane's edges that bounds what of it is in the plane.
-fn in_plane(ring: Vec<Point>, size: [f64; 2]) -> Vec<Point> {
-    [[1.0, 0.0, 0.0], [-1.0, 0.0, size[0]], [0.0, 1.0, 0.0], [0.0, -1.0, size[1]]]
-        .into_iter()
-        .fold(ring, clipped)
-}
-
-/// The part of a polygon where `m[0] x + m[1] y + m[2] > 0`.
-fn clipped(ring: Vec<Point>, m: [f64; 3]) -> Vec<Point> {
-    let depth = |point: Point| m[0] * point[0] + m[1] * point[1] + m[2];
-    let sides = ring.iter().zip(ring.iter().cycle().skip(1)).flat_map(|(&a, &b)| {
-        let inside = depth(a) > 0.0;
-        let crosses = (depth(a) > 0.0) != (depth(b) > 0.0);
-        let part = depth(a) / (depth(a) - depth(b));
-        let crossing = [0, 1].map(|k| a[k] + part * (b[k] - a[k]));
-        [inside.then_some(a), crosses.then_some(crossing)]
-    });
-    sides.flatten().collect()
 }

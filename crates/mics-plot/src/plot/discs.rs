@@ -10,15 +10,14 @@
 //! In 2D the two meet in a diameter. In 3D they meet where both planes do, so that a turn about any
 //! axis but n is seen.
 
-use super::outline::Surface;
-use super::{section, walls};
+use super::section;
+use super::slice::Section;
 use crate::figure::{Disc, Scale};
 use mics_run::bodies::Pose;
 use mics_run::config::{Case, Motion, Particle};
 use mics_run::words::rounded;
 use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
 
 /// Values that have a legend in place of a colour bar, and in figures of curves a line each, at
 /// most.
@@ -175,8 +174,7 @@ pub fn discs(
     let axes = section::axes(axis);
     let materials = materials(case);
     let names = unique_names(case);
-    let mut discs: Vec<Disc> = obstacles(case, axes, height, size, place).collect();
-    let mut surfaces: HashMap<*const (), Surface> = HashMap::new();
+    let mut discs: Vec<Disc> = obstacles(case, axes, height, place).collect();
     for (id, p) in case.particle.iter().enumerate() {
         // A body that moves and has no place has left the box or has not come in.
         let rests = || p.motion == Motion::Fixed && p.enter.is_none();
@@ -193,10 +191,8 @@ pub fn discs(
         let mut radius = square.sqrt();
         let mut outline = Vec::new();
         if let Some(solid) = p.shape.solid() {
-            let geometry = Arc::as_ptr(solid.geometry()).cast::<()>();
-            let surface = surfaces.entry(geometry).or_insert_with(|| Surface::of(solid));
-            let turn = pose.orientation.unwrap_or_else(|| p.turn());
-            outline = surface.rings(&turn, axes, -off, case.dimension(), reach);
+            let section = Section { axes, height: -off, dimension: case.dimension() };
+            outline = section.solid(solid, &pose.orientation.unwrap_or_else(|| p.turn()));
             let corners = outline.iter().flatten().map(|at| at[0].hypot(at[1]));
             radius = corners.fold(0.0, f64::max);
             if outline.is_empty() {
@@ -234,12 +230,12 @@ fn obstacles(
     case: &Case,
     axes: [usize; 2],
     height: f64,
-    size: [f64; 2],
     place: &dyn Fn(usize) -> Option<Pose>,
 ) -> impl Iterator<Item = Disc> {
+    let section = Section { axes, height, dimension: case.dimension() };
     case.obstacle.iter().enumerate().map(move |(k, obstacle)| {
         let pose = place(case.particle.len() + k);
-        let outline = walls::rings(case, obstacle.wall(), pose, axes, height, size);
+        let outline = section.obstacle(case, obstacle.wall(), pose);
         let radius = outline.iter().flatten().map(|at| at[0].hypot(at[1])).fold(0.0, f64::max);
         Disc { radius, outline, wall: true, ..Disc::default() }
     })

@@ -13,7 +13,6 @@ mod discs;
 mod fields;
 mod forces;
 mod kinds;
-mod outline;
 mod paths;
 mod probes;
 mod profile;
@@ -22,8 +21,8 @@ mod request;
 mod reynolds;
 mod rows;
 mod section;
+mod slice;
 mod view;
-mod walls;
 
 use crate::figure::{self, Chart};
 use mics_run::config::{Case, Section, load};

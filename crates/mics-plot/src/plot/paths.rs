@@ -5,8 +5,8 @@
 use super::kinds::{LINES, representatives};
 use super::rows::{self, Rows};
 use super::section::upright;
-use super::walls::rings;
-use crate::figure::{Axes, Series, SeriesStyle};
+use super::slice::Section;
+use crate::figure::{Axes, Series, SeriesStyle, in_plane};
 use mics_run::Result;
 use mics_run::config::{Case, Measure, MeasureKind, Reference};
 use mics_run::words::rounded;
@@ -111,7 +111,9 @@ fn obstacles(track: &Track, axes: [usize; 2], scaled: bool) -> Vec<Series> {
     let size = axes.map(|axis| case.domain.size[axis]);
     let across = 3 - axes[0] - axes[1];
     let middle = 0.5 * case.domain.size.get(across).copied().unwrap_or(0.0);
-    let rings = case.obstacle.iter().flat_map(|o| rings(case, o.wall(), None, axes, middle, size));
+    let section = Section { axes, height: middle, dimension: case.dimension() };
+    let rings = case.obstacle.iter().flat_map(|o| section.obstacle(case, o.wall(), None));
+    let rings = rings.map(|ring| in_plane(ring, size)).filter(|ring| ring.len() > 2);
     let line = |ring: Vec<[f64; 2]>| {
         let closed = ring.iter().chain(ring.first());
         let points = closed.map(|[x, y]| (x / scale, y / scale)).collect();

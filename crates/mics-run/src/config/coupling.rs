@@ -20,7 +20,7 @@ pub enum WallRule {
     /// inside the particle.
     #[default]
     Sharp,
-    /// The paper's method as printed: fluid and particles are one mixture. `docs/mixture.md` has
+    /// The paper's method as printed: fluid and particles are one mixture. `docs/method.md` has
     /// its faults.
     #[serde(rename = "mixing")]
     Mixture,

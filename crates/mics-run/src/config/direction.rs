@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 
 /// Unit direction of a measure; `None` without a force, or for a fit of Morison's formula.
 pub(super) fn of(case: &Case, measure: &Measure) -> Result<Option<Vector3<f64>>, Fault> {
-    if !measure.kind.is_of_force() || measure.kind.fits_morison() {
+    if !measure.kind.has_direction() {
         return Ok(None);
     }
     if let Some(given) = &measure.direction {

@@ -61,7 +61,7 @@ const GONE: [(&str, &str); 9] = [
     (
         "numerics",
         "the numbers of the method are no keys any more, they are constants of src/numerics.rs, \
-        which docs/constants.md describes: leave this table out",
+        which docs/method.md describes: leave this table out",
     ),
     (
         "time.upwinding",

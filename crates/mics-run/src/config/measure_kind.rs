@@ -304,6 +304,11 @@ impl MeasureKind {
         self.needs_speed() || self.fits_morison() || matches!(self, ForceNoise | Force | Torque)
     }
 
+    /// Whether it is of a force or torque along or about a direction, or across one.
+    pub fn has_direction(self) -> bool {
+        self.is_of_force() && !self.fits_morison()
+    }
+
     /// Whether it is of the component of a force across the stream.
     pub fn is_across(self) -> bool {
         matches!(self, LiftCoefficient | LiftCoefficientMax | LiftRms | LiftAmplitude | Strouhal)

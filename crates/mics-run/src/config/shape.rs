@@ -160,16 +160,27 @@ pub struct Listed {
 impl Listed {
     /// The shape, where exactly one is given.
     pub fn shape(&self) -> Option<Typed> {
-        let Listed { share: _, disc, sphere, ellipse, ellipsoid, superquadric, polygon, .. } = self;
+        // Every field by name, so that none can be left out.
+        let Listed {
+            share: _,
+            disc,
+            sphere,
+            ellipse,
+            ellipsoid,
+            superquadric,
+            polygon,
+            polyhedron,
+            clump,
+        } = self.clone();
         let all = [
-            disc.clone().map(Typed::Disc),
-            sphere.clone().map(Typed::Sphere),
-            ellipse.clone().map(Typed::Ellipse),
-            ellipsoid.clone().map(Typed::Ellipsoid),
-            superquadric.clone().map(Typed::Superquadric),
-            polygon.clone().map(Typed::Polygon),
-            self.polyhedron.clone().map(Typed::Polyhedron),
-            self.clump.clone().map(Typed::Clump),
+            disc.map(Typed::Disc),
+            sphere.map(Typed::Sphere),
+            ellipse.map(Typed::Ellipse),
+            ellipsoid.map(Typed::Ellipsoid),
+            superquadric.map(Typed::Superquadric),
+            polygon.map(Typed::Polygon),
+            polyhedron.map(Typed::Polyhedron),
+            clump.map(Typed::Clump),
         ];
         let mut given = all.into_iter().flatten();
         given.next().filter(|_| given.next().is_none())

@@ -1,6 +1,7 @@
 //! Time stepping: `[time]`.
 
-use crate::config::fault::Check;
+use crate::config::Case;
+use crate::config::fault::{Check, positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +34,9 @@ pub struct Time {
 /// has to come to rest on a wall.
 const MAX_STAGES: [usize; 3] = [10, 8, 4];
 
+/// Most stages of a step that have a use: rounding grows with them.
+const MOST_STAGES: usize = 50;
+
 /// Rule for the length of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
@@ -43,6 +47,40 @@ pub enum Step {
 }
 
 impl Time {
+    /// Checks it as a part of its case, what is filled in apart.
+    pub(super) fn check(&self, case: &Case) -> Check {
+        positive("end", self.end, "s")?;
+        let both = self.step.is_some() && self.cfl.is_some();
+        ensure!(!both, "step", "time.step and time.cfl exclude each other: remove one of them");
+        positive("step", self.step, "s")?;
+        positive("cfl", self.cfl, "a Courant number, such as 0.4")?;
+        if let Some(stages) = self.max_stages {
+            let own = self.scheme.is_none_or(Scheme::has_further_stages);
+            ensure!(
+                own,
+                "max_stages",
+                "only time.scheme = \"rkl2\" and \"rkl3\" have a choice of stages: remove one of them"
+            );
+            ensure!(
+                (3..=MOST_STAGES).contains(&stages),
+                "max_stages",
+                "must be 3 to {MOST_STAGES} stages, not {stages}"
+            );
+        }
+        let euler = self.scheme == Some(Scheme::Euler);
+        let holds = self.advection != Advection::Qsi || euler;
+        let cure = "set time.scheme = \"euler\" or choose upwind5";
+        ensure!(holds, "advection", "qsi is a one-step scheme: {cure}");
+        let holds = !euler || self.advection == Advection::Qsi || case.fluid.viscosity > 0.0;
+        let cure = "choose \"rk2\" or \"rk3\", or time.advection = \"qsi\"";
+        ensure!(
+            holds,
+            "scheme",
+            "euler steps with upwind advection grow without viscosity: {cure}"
+        );
+        Ok(())
+    }
+
     /// Fills in the keys that are not given: `mixed` with the mixture method and bodies, `some`
     /// where there are bodies, `moves` where any of them move.
     pub(super) fn fill(&mut self, mixed: bool, some: bool, moves: bool) -> Check {

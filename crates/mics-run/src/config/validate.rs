@@ -53,7 +53,7 @@ pub(in crate::config) fn validate(case: &Case) -> Check {
     if case.coupling.wall == WallRule::Sharp {
         long_cells(case)?;
     }
-    time(case).within("time")?;
+    case.time.check(case).within("time")?;
     case.output.check(case).within("output")?;
     pressure(&case.pressure).within("pressure")
 }
@@ -153,40 +153,6 @@ fn domain(domain: &Domain) -> Check {
         "cells",
         "make 2^31 cells or more, which is more than can be numbered: use fewer"
     );
-    Ok(())
-}
-
-/// Most stages of a step that have a use: rounding grows with them.
-const MOST_STAGES: usize = 50;
-
-/// Checks the steps and their scheme.
-fn time(case: &Case) -> Check {
-    let time = &case.time;
-    positive("end", time.end, "s")?;
-    let both = time.step.is_some() && time.cfl.is_some();
-    ensure!(!both, "step", "time.step and time.cfl exclude each other: remove one of them");
-    positive("step", time.step, "s")?;
-    positive("cfl", time.cfl, "a Courant number, such as 0.4")?;
-    if let Some(stages) = time.max_stages {
-        let own = time.scheme.is_none_or(Scheme::has_further_stages);
-        ensure!(
-            own,
-            "max_stages",
-            "only time.scheme = \"rkl2\" and \"rkl3\" have a choice of stages: remove one of them"
-        );
-        ensure!(
-            (3..=MOST_STAGES).contains(&stages),
-            "max_stages",
-            "must be 3 to {MOST_STAGES} stages, not {stages}"
-        );
-    }
-    let euler = time.scheme == Some(Scheme::Euler);
-    let holds = time.advection != Advection::Qsi || euler;
-    let cure = "set time.scheme = \"euler\" or choose upwind5";
-    ensure!(holds, "advection", "qsi is a one-step scheme: {cure}");
-    let holds = !euler || time.advection == Advection::Qsi || case.fluid.viscosity > 0.0;
-    let cure = "choose \"rk2\" or \"rk3\", or time.advection = \"qsi\"";
-    ensure!(holds, "scheme", "euler steps with upwind advection grow without viscosity: {cure}");
     Ok(())
 }
 

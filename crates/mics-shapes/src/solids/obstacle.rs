@@ -272,6 +272,12 @@ impl Obstacle {
         self.walls.iter().map(|(face, _)| face.map(|x| x - self.origin))
     }
 
+    /// Its closed surface, from its own origin, beyond the domain too: corners as those of
+    /// [`Obstacle::walls`].
+    pub fn closed(&self) -> impl Iterator<Item = [Vector3<f64>; 3]> {
+        self.given.iter().map(|face| face.map(|x| x - self.origin))
+    }
+
     /// The gap between a part of a body in this pose, in the axes of the obstacle, and its walls
     /// (m), negative where they overlap, and the direction from the part to there.
     pub fn gap(&self, part: &Part, pose: &Pose) -> (Vector3<f64>, f64) {

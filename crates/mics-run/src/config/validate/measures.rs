@@ -96,9 +96,8 @@ fn check(measure: &Measure, case: &Case, own: bool) -> Check {
     );
     particles(case, measure)?;
     if let Some(direction) = &measure.direction {
-        let holds = kind.is_of_force() && !kind.fits_morison();
         ensure!(
-            holds,
+            kind.has_direction(),
             "direction",
             "is of forces: drag, lift, strouhal, force, torque and force_noise"
         );
@@ -134,9 +133,8 @@ fn particles(case: &Case, measure: &Measure) -> Check {
     let kind = measure.kind;
     let count = case.particle.len();
     if measure.obstacle.is_some() {
-        let of_force = kind.is_of_force() && !kind.fits_morison();
         ensure!(
-            of_force || kind == MeasureKind::BedShearStress,
+            kind.has_direction() || kind == MeasureKind::BedShearStress,
             "obstacle",
             "is for forces: drag, lift, strouhal, force, torque, force_noise, bed_shear_stress"
         );
