@@ -59,7 +59,8 @@ impl Time {
             ensure!(
                 own,
                 "max_stages",
-                "only time.scheme = \"rkl2\" and \"rkl3\" have a choice of stages: remove one of them"
+                "only time.scheme = \"rkl2\" and \"rkl3\" have a choice of stages: remove one of \
+                 them"
             );
             ensure!(
                 (3..=MOST_STAGES).contains(&stages),
