@@ -24,8 +24,14 @@ def expect(condition, message):
     passed += 1
 
 
-runs = sys.argv[1:]
-runs, shapes = (runs[: runs.index("--surfaces")], runs[runs.index("--surfaces") + 1 :]) if "--surfaces" in runs else (runs, [])
+lists = {"--runs": [], "--surfaces": [], "--tractions": []}
+kind = "--runs"
+for word in sys.argv[1:]:
+    if word in lists:
+        kind = word
+    else:
+        lists[kind].append(word)
+runs, shapes, tractions = lists.values()
 for run in map(Path, runs):
     summary = json.loads((run / "summary.json").read_text())
     steps = list(csv.DictReader((run / "steps.csv").open()))
@@ -97,4 +103,26 @@ for run in map(Path, shapes):
     for k in numpy.flatnonzero(ids == 1)[1:]:
         arm, v = mesh.points[k] - centre, mesh.point_data["velocity"][k]
         expect(max(abs(v - numpy.array([1 - 10 * arm[1], 10 * arm[0], 0]))) < 1e-5, f"{run}: velocity {v} at {arm}")
+# Pressure and shear on the surfaces of all bodies: integrated over the triangles they are the forces of the log (sphere
+# 3 %, ellipsoid 2 %, cube with its edges 14 %).
+for run in map(Path, tractions):
+    mesh = pyvista.read(sorted((run / "fields").glob("bodies-*.vtp"))[-1])
+    ids, pressure, shear = (mesh.point_data[name] for name in ("id", "pressure", "shear"))
+    expect(pressure.shape == ids.shape and shear.shape == (len(ids), 3), f"{run}: shapes {pressure.shape}, {shear.shape}")
+    rows = list(csv.DictReader((run / "particles.csv").open()))[-3:]
+    corners = mesh.faces.reshape(-1, 4)[:, 1:]
+    for k, row in enumerate(rows):
+        own = corners[ids[corners[:, 0]] == k]
+        a, b, c = (mesh.points[own[:, n]].astype(float) for n in range(3))
+        areas = 0.5 * numpy.cross(b - a, c - a)
+        pushed = -(areas * pressure[own].mean(axis=1)[:, None]).sum(axis=0)
+        rubbed = (numpy.linalg.norm(areas, axis=1)[:, None] * shear[own].mean(axis=1)).sum(axis=0)
+        for force, part in ((pushed, "pressure"), (rubbed, "viscous")):
+            logged = numpy.array([float(row[f"{part}_f{axis}"]) for axis in "xyz"])
+            size = max(numpy.linalg.norm(logged), 1e-3 * numpy.linalg.norm(numpy.array([float(row["fluid_f" + axis]) for axis in "xyz"])))
+            apart = numpy.linalg.norm(force - logged) / size
+            print(f"body {k}: {part} {force} N of the surface, {logged} N logged")
+            expect(len(own) > 12 and apart < 0.2, f"{run}: {part} of body {k} {apart} apart")
+    mean = shear[ids == 1][0]
+    expect(0.0 < numpy.linalg.norm(mean) < numpy.linalg.norm(shear[ids == 1][1:], axis=1).max(), f"{run}: mean shear {mean}")
 print(f"{passed} passed, 0 failed")

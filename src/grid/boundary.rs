@@ -230,6 +230,12 @@ impl<const D: usize> Boundaries<D> {
         std::mem::replace(&mut self.layers, layers) < layers
     }
 
+    /// Fills ghosts of a field in so many layers, from neighbours across ranks and periods alone.
+    /// Collective.
+    pub fn exchange(&mut self, layers: usize, field: &mut [f64]) -> Result<()> {
+        (0..D).try_for_each(|axis| self.halo.exchange(axis, layers, field))
+    }
+
     /// Fills the ghosts of a pressure, next to its cells: no gradient at boundaries with a given
     /// velocity, and what [`Boundaries::set_backflow_pressure`] found at outflows. Collective.
     pub fn fill_pressure(&mut self, p: &mut [f64]) -> Result<()> {

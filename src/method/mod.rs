@@ -9,6 +9,7 @@ pub mod mixture;
 pub mod momentum;
 pub mod prediction;
 pub mod sharp;
+mod traction;
 
 use crate::Result;
 use crate::contact::Contacts;
@@ -22,6 +23,7 @@ use crate::state::State;
 use momentum::MixtureProperties;
 use nalgebra::Vector3;
 use std::any::Any;
+pub use traction::Traction;
 
 /// Kind of a method, for those who describe it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,6 +96,15 @@ pub trait Method<const D: usize>: Any {
     /// none.
     fn covered_faces(&self, _k: usize, _axis: usize) -> Option<&[Cut]> {
         None
+    }
+
+    /// The tractions of the fluid at points of the surfaces of bodies, those of this rank; none of
+    /// a method that has no such points. Collective.
+    ///
+    /// # Errors
+    /// When ranks cannot exchange ghosts.
+    fn tractions(&self, _: &mut Domain<D>, _: &mut State<D>) -> Result<Vec<Traction>> {
+        Ok(Vec::new())
     }
 
     /// Starts the balance of momentum, where one is kept, with the momentum of what is there now.

@@ -1,8 +1,11 @@
 //! Writes bodies as ParaView opens them ([`mics_run::bodies`]): first a point at each centre, then
-//! the surfaces of those that are not round. (Pieces of their own for these are misread by VTK,
+//! the surfaces of those that are not round; with tractions those of all, and pressure and shear on
+//! them. (Pieces of their own for these are misread by VTK,
 //! which leaves their points' numbers as they are.)
 
+use super::surface::{Load, Points};
 use crate::Result;
+use crate::method::Traction;
 use crate::particles::Body;
 use mics_run::file::replace;
 use nalgebra::Vector3;
@@ -13,14 +16,23 @@ use std::path::Path;
 /// Triangles along the length of a curved surface.
 const ALONG: f64 = 32.0;
 
-/// A body with its number and the force of the fluid on it (N).
-pub type Numbered<'a> = (usize, &'a Body, Vector3<f64>);
+/// A body as it is written.
+pub struct Shown<'a> {
+    /// Its number.
+    pub id: usize,
+    /// The body itself.
+    pub body: &'a Body,
+    /// The force of the fluid on it (N).
+    pub force: Vector3<f64>,
+    /// The tractions on its surface; none where they are not asked for.
+    pub tractions: &'a [Traction],
+}
 
 /// Writes bodies at a time (s).
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write<'a>(path: &Path, time: f64, bodies: impl Iterator<Item = Numbered<'a>>) -> Result<()> {
+pub fn write<'a>(path: &Path, time: f64, bodies: impl Iterator<Item = Shown<'a>>) -> Result<()> {
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" \
         byte_order=\"LittleEndian\">\n<PolyData>\n<FieldData>\n\
@@ -30,8 +42,9 @@ pub fn write<'a>(path: &Path, time: f64, bodies: impl Iterator<Item = Numbered<'
     let mut piece = Piece::default();
     let bodies: Vec<_> = bodies.collect();
     for (k, one) in bodies.iter().enumerate() {
-        let body = one.1;
+        let body = one.body;
         piece.put(one, body.centre, body.velocity, body.shape().is_round());
+        piece.loads.push(Load::mean(one.tractions));
         piece.vertices.push(vec![k]);
     }
     bodies.iter().for_each(|one| piece.put_surface(one));
@@ -44,13 +57,15 @@ pub fn write<'a>(path: &Path, time: f64, bodies: impl Iterator<Item = Numbered<'
 #[derive(Default)]
 struct Piece<'a> {
     /// The body that a point is of.
-    bodies: Vec<&'a Numbered<'a>>,
+    bodies: Vec<&'a Shown<'a>>,
     /// Positions of the points (m).
     places: Vec<Vector3<f64>>,
     /// Velocities of the points (m/s).
     velocities: Vec<Vector3<f64>>,
     /// Radii of the spheres to be drawn at the points (m); 0 where there is none.
     radii: Vec<f64>,
+    /// Pressure and shear at the points, at a centre their means; zero where there are none.
+    loads: Vec<Load>,
     /// The cells: points, segments and triangles.
     vertices: Vec<Vec<usize>>,
     lines: Vec<Vec<usize>>,
@@ -61,7 +76,7 @@ impl<'a> Piece<'a> {
     /// Adds a point of a body; a sphere of its radius is to be drawn there if `round`.
     fn put(
         &mut self,
-        one: &'a Numbered<'a>,
+        one: &'a Shown<'a>,
         place: Vector3<f64>,
         velocity: Vector3<f64>,
         round: bool,
@@ -69,21 +84,29 @@ impl<'a> Piece<'a> {
         self.bodies.push(one);
         self.places.push(place);
         self.velocities.push(velocity);
-        self.radii.push(if round { one.1.radius() } else { 0.0 });
+        self.radii.push(if round { one.body.radius() } else { 0.0 });
     }
 
-    /// The surface of a body that is not round.
-    fn put_surface(&mut self, one: &'a Numbered<'a>) {
-        let body = one.1;
+    /// The surface of a body that is not round, or has tractions.
+    fn put_surface(&mut self, one: &'a Shown<'a>) {
+        let body = one.body;
         let shape = body.shape();
         let turn = body.orientation();
+        let points = Points::new(one.tractions, shape.dimension());
+        let triangles = match &points {
+            Some(points) => points.triangles(shape),
+            None if shape.is_round() => Vec::new(),
+            None => shape.triangles(2.0 * shape.radius() / ALONG),
+        };
         let mut known: HashMap<[u64; 3], usize> = HashMap::new();
-        for corners in shape.triangles(2.0 * shape.radius() / ALONG) {
+        for corners in triangles {
             let corner = |corner: Vector3<f64>| {
                 *known.entry(<[f64; 3]>::from(corner).map(f64::to_bits)).or_insert_with(|| {
                     let arm = turn * corner;
                     let velocity = body.velocity + body.spin.cross(&arm);
                     self.put(one, body.centre + arm, velocity, false);
+                    let load = points.as_ref().map(|points| points.load(&arm));
+                    self.loads.push(load.unwrap_or_default());
                     self.places.len() - 1
                 })
             };
@@ -112,16 +135,21 @@ impl<'a> Piece<'a> {
         let vectors = |of: &[Vector3<f64>]| -> Vec<f64> {
             of.iter().flat_map(|v| <[f64; 3]>::from(*v)).collect()
         };
-        array(text, "id", 1, all().map(|(id, ..)| *id as f64));
+        array(text, "id", 1, all().map(|one| one.id as f64));
         array(text, "radius", 1, self.radii.iter().copied());
-        array(text, "diameter", 1, all().map(|(_, body, _)| body.shape().diameter()));
+        array(text, "diameter", 1, all().map(|one| one.body.shape().diameter()));
         array(text, "velocity", 3, vectors(&self.velocities));
-        array(text, "spin", 3, all().flat_map(|(_, body, _)| <[f64; 3]>::from(body.spin)));
-        array(text, "force", 3, all().flat_map(|(.., force)| <[f64; 3]>::from(*force)));
+        array(text, "spin", 3, all().flat_map(|one| <[f64; 3]>::from(one.body.spin)));
+        array(text, "force", 3, all().flat_map(|one| <[f64; 3]>::from(one.force)));
         let turned = |body: &Body| {
             [body.orientation.w, body.orientation.i, body.orientation.j, body.orientation.k]
         };
-        array(text, "orientation", 4, all().flat_map(|(_, body, _)| turned(body)));
+        array(text, "orientation", 4, all().flat_map(|one| turned(one.body)));
+        if all().any(|one| !one.tractions.is_empty()) {
+            array(text, "pressure", 1, self.loads.iter().map(|load| load.pressure));
+            let shear = self.loads.iter().flat_map(|load| <[f64; 3]>::from(load.shear));
+            array(text, "shear", 3, shear);
+        }
         *text += "</PointData>\n<Points>\n";
         array(text, "Points", 3, vectors(&self.places));
         *text += "</Points>\n";
@@ -176,6 +204,10 @@ mod tests {
     use std::f64::consts::FRAC_PI_4;
     use std::sync::Arc;
 
+    fn shown(id: usize, body: &Body) -> Shown<'_> {
+        Shown { id, body, force: Vector3::zeros(), tractions: &[] }
+    }
+
     #[test]
     fn bodies_csv_round_trip_and_truncated_file() {
         let dir = tempfile::tempdir().unwrap();
@@ -189,7 +221,7 @@ mod tests {
         moved.velocity = Vector3::new(3.0, -4.0, 0.0);
         moved.orientation = turned;
         let bodies = [at(0.4), moved];
-        write(&path, 0.1, bodies.iter().map(|body| (body.id, body, Vector3::zeros()))).unwrap();
+        write(&path, 0.1, bodies.iter().map(|body| shown(body.id, body))).unwrap();
         let poses = read(&path).unwrap();
         assert_eq!((poses.len(), poses[&0].centre, poses[&0].speed), (2, [0.4, 0.5, 0.0], 0.0));
         assert_eq!((poses[&7].centre, poses[&7].speed), ([0.25, 0.5, 0.0], 5.0));
@@ -210,7 +242,7 @@ mod tests {
         body.orientation = UnitQuaternion::from_scaled_axis(Vector3::z() * FRAC_PI_4);
         body.velocity = Vector3::new(1.0, 0.0, 0.0);
         body.spin = Vector3::z();
-        write(&path, 0.0, std::iter::once((0, &body, Vector3::zeros()))).unwrap();
+        write(&path, 0.0, std::iter::once(shown(0, &body))).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains("NumberOfPoints=\"5\" NumberOfVerts=\"1\" NumberOfLines=\"4\""));
         let numbers = |name: &str, width: usize| -> Vec<f64> {

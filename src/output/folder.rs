@@ -4,11 +4,13 @@
 mod log;
 mod permission;
 
+use super::bodies::Shown;
 use super::progress::Progress;
 use super::rows::LineFile;
 use super::{bodies, probe, progress};
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{Case, ForceRule, WallRule};
+use crate::method::Traction;
 use crate::particles::Body;
 use crate::poisson::SolveRow;
 use crate::state::{EnergyLosses, Exchange, State, SuppliedWork};
@@ -301,29 +303,35 @@ impl Folder {
     }
 
     /// Takes up a snapshot of the fields that has been written: the bodies and what they exchanged
-    /// beside it, and the series' indices.
+    /// beside it, with the tractions on each where there are any, and the series' indices.
     pub fn take_snapshot(
         &mut self,
         step: u64,
         time: f64,
         bodies: &[Body],
         exchange: &[Exchange],
+        tractions: &[Vec<Traction>],
     ) -> Result<()> {
         let fields = self.path.join("fields");
         let write = |name: &str, of: fn(&Body) -> bool| {
-            let own = bodies.iter().zip(exchange).filter(|(body, _)| of(body)).enumerate();
-            // Obstacles by their numbers among themselves, as in their table.
-            let number = |k, body: &Body| if body.is_obstacle() { k } else { body.id };
-            let own = own.map(|(k, (body, e))| (number(k, body), body, e.momentum));
-            bodies::write(&fields.join(name), time, own)
+            let own = (0..bodies.len()).filter(|k| of(&bodies[*k])).enumerate();
+            let shown = own.map(|(number, k)| Shown {
+                // Obstacles by their numbers among themselves, as in their table.
+                id: if bodies[k].is_obstacle() { number } else { bodies[k].id },
+                body: &bodies[k],
+                force: exchange[k].momentum,
+                tractions: tractions.get(k).map_or(&[], Vec::as_slice),
+            });
+            bodies::write(&fields.join(name), time, shown)
         };
         if self.particles.is_some() && !bodies.iter().all(Body::is_obstacle) {
             write(&vtp(step), |body| !body.is_obstacle())?;
         }
         if self.obstacles.is_some() {
-            // One file serves all snapshots where no obstacle moves.
+            // One file serves all snapshots where no obstacle moves and no traction changes.
             let moves = bodies.iter().any(|body| body.is_obstacle() && body.moves());
-            let step = if moves { format!("-{step:08}") } else { String::new() };
+            let step =
+                if moves || !tractions.is_empty() { format!("-{step:08}") } else { String::new() };
             write(&format!("{OBSTACLE_SURFACES}{step}.vtp"), Body::is_obstacle)?;
         }
         self.snapshots.push((time, step));

@@ -1,6 +1,7 @@
 //! Output of a run: logs and fields. Reads the state; the step does not know of it. The formats and
 //! their readers are in [`mics_run`], figures and reports in `mics-plot`.
 
+mod bed;
 mod bodies;
 pub mod checkpoint;
 mod file;
@@ -13,6 +14,7 @@ pub mod progress;
 mod rows;
 pub mod snapshot;
 pub mod statistics;
+mod surface;
 pub mod survey;
 pub mod vti;
 

@@ -9,6 +9,7 @@
 //!              through a cross-section, in the mean over the length L of the box
 //! ```
 
+use super::bed;
 use crate::Result;
 use crate::config::{Measure, MeasureKind};
 use crate::drive::{box_volume, mean};
@@ -42,7 +43,11 @@ pub fn survey<const D: usize>(
         }
         MeasureKind::DriveForce => s.drive.map_or(0.0, |force| force[axis]),
         MeasureKind::SolidFraction => solid_fraction(scene, m)?,
-        MeasureKind::BedHeight => bed_height(scene, m, scratch)?,
+        MeasureKind::BedHeight => bed::height(scene, m, scratch)?,
+        MeasureKind::BedShearStress => bed::shear_stress(scene, m, scratch)?,
+        MeasureKind::Shields => bed::shields(scene, m, scratch)?,
+        MeasureKind::BedloadRate => bed::load_rate(scene, m),
+        MeasureKind::Einstein => bed::einstein(scene, m),
         MeasureKind::TransportRate => {
             let carried = s
                 .bodies
@@ -99,28 +104,4 @@ fn solid_fraction<const D: usize>(scene: &Scene<D>, m: &Measure) -> Result<f64> 
     let mut sums = [filled.sum::<f64>(), cells as f64];
     scene.domain.session.sum(&mut sums)?;
     Ok(if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 })
-}
-
-/// The highest place, above the low end of the box against gravity, at which the solid fraction of
-/// a layer of cells passes the measure's threshold (m), on the straight line between the middles of
-/// two layers. Collective.
-fn bed_height<const D: usize>(scene: &Scene<D>, m: &Measure, layers: &mut Vec<f64>) -> Result<f64> {
-    let grid = &scene.domain.grid;
-    let axis = m.axis();
-    layers.clear();
-    layers.resize(grid.cells[axis], 0.0);
-    let share = grid.cells[axis] as f64 / grid.total_cells() as f64;
-    for o in scene.method.overlaps() {
-        layers[grid.global_cell(o.cell)[axis]] += share * o.fraction;
-    }
-    scene.domain.session.sum(layers)?;
-    if scene.domain.fluid.gravity[axis] > 0.0 {
-        layers.reverse();
-    }
-    let h = grid.h[axis];
-    let least = m.threshold.unwrap_or_default();
-    let Some(top) = layers.iter().rposition(|fraction| *fraction >= least) else { return Ok(0.0) };
-    let above = layers.get(top + 1).copied().unwrap_or(0.0);
-    Ok(((top as f64 + 0.5 + (layers[top] - least) / (layers[top] - above)) * h)
-        .min(grid.size[axis]))
 }

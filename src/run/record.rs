@@ -8,6 +8,7 @@ use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::clock::Stage;
 use crate::config::{Case, FixedRows};
+use crate::method::Traction;
 use crate::output::progress::Progress;
 use crate::output::{Folder, Log, Marks, StepRow, fields_file, snapshot};
 use crate::particles::{Body, Motion};
@@ -157,9 +158,15 @@ impl<const D: usize> Records<'_, D> {
         self.measures.take_fields(scene)?;
         // A figure of the fields shows the particles where they are.
         self.write_particles(&scene.state)?;
+        let tractions = if self.case.output.surfaces {
+            let own = scene.method.tractions(&mut scene.domain, &mut scene.state)?;
+            Traction::gather(self.session, scene.state.bodies.len(), &own)?
+        } else {
+            Vec::new()
+        };
         let s = &scene.state;
         self.on_lead(|folder, log| {
-            folder.take_snapshot(s.steps, s.time, &s.bodies, &s.exchange)?;
+            folder.take_snapshot(s.steps, s.time, &s.bodies, &s.exchange, &tractions)?;
             folder.flush(log)
         })?;
         scene.domain.clock.lap(Stage::Fields);

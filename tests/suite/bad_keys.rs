@@ -52,6 +52,14 @@ pub const BAD_KEYS: &[Row] = &[
         "kind = \"solid_fraction\"\nregion = { min = [0.0, 0.0], max = [0.0, 1.0] }", "region",
         "measure.0.region", &["above its min"],
     ),
+    (
+        "kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\nabout = [0.0, 0.0]", "about",
+        "measure.0.about", &["is of torque only"],
+    ),
+    (
+        "kind = \"drag_coefficient\"", "kind = \"torque\"\nabout = [0.0]", "about",
+        "measure.0.about", &["2"],
+    ),
     // The drive.
     (
         "[time]", "[drive]\nforce = [1.0, 0.0]\ngravity = true\n[time]", "[drive]", "drive",

@@ -172,7 +172,8 @@ fn obstacle_force_and_torque_are_in_measures_figures_and_report() {
     let dir = tempfile::tempdir().unwrap();
     let case = written(dir.path());
     let turning = "[[measure]]\nname = \"turning\"\nkind = \"torque\"\nobstacle = \"paddle\"\n";
-    std::fs::write(&case, BED.to_owned() + turning).unwrap();
+    let about = turning.replace("turning", "hinge") + "about = [0.08, 0.1]\n";
+    std::fs::write(&case, BED.to_owned() + turning + &about).unwrap();
     let said = mics(&["check", case.to_str().unwrap()]);
     let said = String::from_utf8_lossy(&said.stdout).into_owned();
     let line = |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap();
@@ -189,6 +190,18 @@ fn obstacle_force_and_torque_are_in_measures_figures_and_report() {
     let found = summary["measures"]["turning"].as_f64().unwrap();
     assert!(mean != 0.0 && (found - mean).abs() < 1e-9 * mean.abs(), "{found} {mean}");
     assert_eq!(summary["units"]["turning"], "N m/m");
+    // T + (centre - about) x F of every step.
+    let paddle = |row: &usize| rows["id"][*row] == 1.0;
+    let about = (0..rows["id"].len()).filter(paddle).skip(1).map(|row| {
+        let [x, y, fx, fy, torque] =
+            ["x", "y", "fluid_fx", "fluid_fy", "fluid_tz"].map(|name| rows[name][row]);
+        torque + (x - 0.08) * fy - (y - 0.1) * fx
+    });
+    let hinge = about.sum::<f64>() / torques.len() as f64;
+    let found = summary["measures"]["hinge"].as_f64().unwrap();
+    println!("torque about the centre {mean}, about the hinge {found}, by the rows {hinge}");
+    assert!((hinge - mean).abs() > 0.1 * mean.abs(), "{hinge} {mean}");
+    assert!((found - hinge).abs() < 1e-9 * hinge.abs(), "{found} {hinge}");
 
     let figure = |name: &str| std::fs::read_to_string(out.join("figures").join(name)).unwrap();
     for name in ["bed", "paddle", "particle 0"] {
@@ -199,7 +212,13 @@ fn obstacle_force_and_torque_are_in_measures_figures_and_report() {
     let told = mics(&["report", out.to_str().unwrap(), "--out", html.to_str().unwrap()]);
     assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
     let html = std::fs::read_to_string(html).unwrap();
-    for part in ["force of bed along -y", "torque of paddle about z", " N/m</td>", " N m/m</td>"] {
+    for part in [
+        "force of bed along -y",
+        "torque of paddle about z",
+        "torque of paddle about z through (0.08, 0.1) m",
+        " N/m</td>",
+        " N m/m</td>",
+    ] {
         assert!(html.contains(part), "no `{part}`");
     }
 }

@@ -1,11 +1,13 @@
 //! Bodies as ParaView opens them (`.vtp`): a point at each centre with what a glyph of it needs,
-//! and the surfaces of those that are not round, beside the fields of the same time.
+//! and the surfaces of those that are not round, beside the fields of the same time. With the key
+//! `output.surfaces` there are the surfaces of all, with pressure and shear.
 //!
 //! ```text
 //!   id, radius (m), diameter (m), velocity (m/s), spin (rad/s), force (N), orientation (w, x, y,
-//! z)
+//! z); pressure (Pa), shear (Pa)
 //!              a sphere: Glyph, scaled by radius, which is 0 of what is not round
 //!              the others: their surfaces, whose points have the velocity there
+//!              pressure, shear: on the surface; at a centre their means over it
 //! ```
 
 use crate::{Error, Result};

@@ -93,10 +93,11 @@ mod stencil;
 mod step_numbers;
 mod sums;
 mod surfaces;
+mod traction;
 
 use super::momentum::MixtureProperties;
 use super::prediction::Prediction;
-use super::{Method, MethodKind};
+use super::{Method, MethodKind, Traction};
 use crate::Result;
 use crate::clock::Stage;
 use crate::contact::{Contacts, Medium};
@@ -251,6 +252,10 @@ impl<const D: usize> Method<D> for Sharp<D> {
 
     fn covered_faces(&self, k: usize, axis: usize) -> Option<&[Cut]> {
         (k < self.cut.bodies.count()).then(|| self.cut.bodies[k].faces.cuts[axis].iter().as_slice())
+    }
+
+    fn tractions(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<Vec<Traction>> {
+        traction::find(&self.cut, domain, s)
     }
 
     fn start_balance(&self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {

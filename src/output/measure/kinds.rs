@@ -4,6 +4,7 @@ use super::Sample;
 use crate::config::{self, ForceRule, MeasureKind};
 use crate::output::fit::Morison;
 use crate::particles::Body;
+use crate::state::Exchange;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
@@ -47,7 +48,7 @@ pub(super) fn kind(kind: MeasureKind) -> (fn(&View) -> f64, Becomes) {
     use MeasureKind::*;
     match kind {
         Angle => (|v| v.body(|b| b.angle), Last),
-        BedHeight => (|v| v.of_box, Mean),
+        BedHeight | BedShearStress | BedloadRate | Einstein | Shields => (|v| v.of_box, Mean),
         BodyEnergy => (|v| v.of_box, Mean),
         ContactStart => (|v| f64::from(v.touches()), FirstTime),
         Dissipation => (|v| v.of_box, LargestFall),
@@ -140,14 +141,21 @@ impl View<'_> {
         })
     }
 
-    /// The torque on its particle about the centre (N m), by the measure's rule.
+    /// The torque on its particle about the measure's point, or else the centre (N m), by the
+    /// measure's rule.
     fn torque(&self) -> Vector3<f64> {
-        self.step.exchange.get(self.particle).map_or_else(Vector3::zeros, |e| {
-            match self.measure.force() {
-                ForceRule::Momentum => e.momentum_torque,
-                ForceRule::Literal => e.literal_torque,
-            }
-        })
+        let at_centre = |e: &Exchange| match self.measure.force() {
+            ForceRule::Momentum => e.momentum_torque,
+            ForceRule::Literal => e.literal_torque,
+        };
+        let torque = self.step.exchange.get(self.particle).map_or_else(Vector3::zeros, at_centre);
+        let body = self.step.bodies.get(self.particle);
+        let moved = self
+            .measure
+            .about()
+            .zip(body)
+            .map(|(about, body)| (body.centre - about).cross(&self.force(self.particle)));
+        torque + moved.unwrap_or_default()
     }
 
     fn coefficient(&self) -> f64 {

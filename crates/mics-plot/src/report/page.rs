@@ -228,9 +228,13 @@ fn what(case: &mics_run::config::Case, m: &mics_run::config::Measure) -> String 
             None => format!(" {along} ({})", parts.collect::<Vec<_>>().join(", ")),
         }
     });
+    let about = m.about.as_ref().map_or(String::new(), |about| {
+        let parts: Vec<_> = about.iter().map(|part| short(*part)).collect();
+        format!(" through ({}) m", parts.join(", "))
+    });
     let axis = if m.kind.has_axis() { format!(" along {}", AXES[m.axis()]) } else { String::new() };
     let from = if m.from > 0.0 { format!(", from {} s on", m.from) } else { String::new() };
-    word + &particle + &direction + &axis + &from
+    word + &particle + &direction + &about + &axis + &from
 }
 
 /// An SVG text with a label for readers of the screen.

@@ -10,6 +10,7 @@
 //!   stream                      part along the stream
 //! ```
 
+use super::measure::vector;
 use super::{Case, Measure, MeasureKind, Motion};
 use crate::config::fault::Fault;
 use nalgebra::Vector3;
@@ -92,15 +93,19 @@ fn gravity_along(case: &Case, periodic: bool) -> Vector3<f64> {
 /// Axis of a measure of the whole box: the given one; for a bed that of gravity, first among the
 /// axes that have sides; for others that of the drive or the stream.
 pub(super) fn axis(case: &Case, measure: &Measure) -> Result<usize, Fault> {
+    let sided = gravity_along(case, false);
+    let across = if sided != Vector3::zeros() { sided } else { gravity_along(case, true) };
     if let Some(axis) = measure.axis {
-        return Ok(axis.index());
+        let stands = measure.kind.is_along_bed() && axis.index() == across.iamax();
+        let message = "gravity is along it: give an axis along the bed".into();
+        let fault = Fault { key: "axis".to_owned(), message };
+        return if stands { Err(fault) } else { Ok(axis.index()) };
     }
     if !measure.kind.has_axis() {
         return Ok(0);
     }
     let along = if measure.kind == MeasureKind::BedHeight {
-        let sided = gravity_along(case, false);
-        if sided != Vector3::zeros() { sided } else { gravity_along(case, true) }
+        across
     } else {
         push(case).or_else(|| case.reference_velocity().map(|v| vector(&v))).unwrap_or_default()
     };
@@ -116,10 +121,6 @@ fn across(stream: &Vector3<f64>, dimension: usize) -> Vector3<f64> {
     let mut next = Vector3::zeros();
     next[(stream.iamax() + 1) % 3] = 1.0;
     (next - next.dot(stream) * stream).normalize()
-}
-
-fn vector(of: &[f64]) -> Vector3<f64> {
-    Vector3::from_fn(|axis, _| of.get(axis).copied().unwrap_or(0.0))
 }
 
 #[cfg(test)]

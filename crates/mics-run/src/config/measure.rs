@@ -1,6 +1,6 @@
 //! A number that a run reports: its subject, its span of time, and its expected value.
 
-use super::{Axis, Case, ForceRule, MeasureKind, Region};
+use super::{Axis, Case, ForceRule, MeasureKind, Motion, Region};
 use crate::words::rounded;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -21,14 +21,15 @@ pub struct Measure {
     pub particle: Which,
     /// Its obstacle, in place of a particle: number from 0, or name.
     pub obstacle: Option<Which>,
-    /// Its particles, for kinds of several: numbers and names; default all.
+    /// Its particles, for kinds of several: numbers and names; default all, of grains of a bed all
+    /// that are not fixed.
     pub particles: Option<Vec<Which>>,
     /// Its axis, for kinds of the whole box; default that of the drive or the stream, of
     /// `bed_height` gravity's.
     pub axis: Option<Axis>,
-    /// Part of the box, for `solid_fraction`; default all of it.
+    /// Part of the box, for `solid_fraction`, `bed_shear_stress` and `shields`; default all of it.
     pub region: Option<Region>,
-    /// Least solid fraction of a layer for `bed_height`, default 0.1.
+    /// Least solid fraction of a layer for `bed_height` and what is taken above it, default 0.1.
     pub threshold: Option<f64>,
     /// Direction of a force, of any length; of `lift_magnitude` that of the stream; of `torque` in
     /// 3D the axis, default z. Default: drag,
@@ -37,6 +38,9 @@ pub struct Measure {
     /// initial velocity or a moving wall, less a prescribed velocity; otherwise it is along an
     /// oscillation or gravity.
     pub direction: Option<Vec<f64>>,
+    /// Point about which `torque` is taken (m), default the centre of the particle or obstacle:
+    /// `T_about = T_centre + (centre - about) x F`, with the centre as it lies in the box.
+    pub about: Option<Vec<f64>>,
     /// From this time on (s).
     #[serde(default)]
     pub from: f64,
@@ -70,12 +74,16 @@ impl Measure {
     pub(super) fn fill(&mut self, case: &Case, direction: Option<Vector3<f64>>, axis: usize) {
         let dimension = case.dimension();
         if self.kind.is_of_group() && self.particles.is_none() {
-            self.particles = Some((0..case.particle.len()).map(Which::Id).collect());
+            let counts = |id: &usize| {
+                !self.kind.is_of_grains() || case.particle[*id].motion != Motion::Fixed
+            };
+            let all = (0..case.particle.len()).filter(counts);
+            self.particles = Some(all.map(Which::Id).collect());
         }
         if self.kind.has_axis() {
             self.axis = Some([Axis::X, Axis::Y, Axis::Z][axis]);
         }
-        if self.kind == MeasureKind::BedHeight {
+        if self.kind.has_threshold() {
             self.threshold.get_or_insert(BED_FRACTION);
         }
         // In 2D a torque is about z, which is no direction there.
@@ -104,11 +112,15 @@ impl Measure {
 
     /// Its direction, a unit vector; `None` without a force, or for a fit of Morison's formula.
     pub fn direction(&self) -> Option<Vector3<f64>> {
-        let component = |v: &[f64], axis: usize| v.get(axis).copied().unwrap_or(0.0);
         match &self.direction {
-            Some(v) => Some(Vector3::from_fn(|axis, _| component(v, axis))),
+            Some(v) => Some(vector(v)),
             None => (self.kind == MeasureKind::Torque).then(Vector3::z),
         }
+    }
+
+    /// The point about which its torque is taken (m); `None` for the body's centre.
+    pub fn about(&self) -> Option<Vector3<f64>> {
+        self.about.as_deref().map(vector)
     }
 
     /// Definition of the force, for a kind that is of a force.
@@ -122,6 +134,11 @@ impl Measure {
             |m: &Measure| Measure { reference: None, tolerance: None, source: None, ..m.clone() };
         bare(self) == bare(other)
     }
+}
+
+/// A vector of the case; in 2D its third component is zero.
+pub(super) fn vector(of: &[f64]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| of.get(axis).copied().unwrap_or(0.0))
 }
 
 /// A particle, or several.

@@ -25,7 +25,7 @@ pub enum MeasureKind {
     /// `direction` (N, in 2D N/m).
     Force,
     /// Mean of the torque by the fluid on a particle or an obstacle, about the axis through its
-    /// centre that is along z or, in 3D, along `direction` (N m, in 2D N m/m).
+    /// centre, or the point `about`, that is along z or, in 3D, `direction` (N m, in 2D N m/m).
     Torque,
     /// Root mean square of the lift coefficient about its mean.
     LiftRms,
@@ -105,6 +105,22 @@ pub enum MeasureKind {
     /// Mean volume rate of `particles` through a cross-section (m3/s; m2/s in 2D): `sum V v/L`
     /// along `axis`, L the length of the box.
     TransportRate,
+    /// Mean volume rate of `particles` per width of the bed (m2/s), `sum V v/A` along `axis`: A the
+    /// plan area of the box; default all particles that are not fixed.
+    BedloadRate,
+    /// `bedload_rate` over `sqrt((s - 1) g d^3)`: Einstein's number, with s and d the mean density
+    /// over the fluid's and the mean diameter of `particles`.
+    Einstein,
+    /// Mean over time of the shear stress on the bed along `axis` (Pa). Where the flow is periodic
+    /// along it, by the balance of momentum of the flow over the bed: the force of the drive times
+    /// the depth over `bed_height` at `threshold`, and the shear on the side above. Otherwise, or
+    /// in a `region` (of which the extent along the bed counts), the shear on the side below and
+    /// the force on all particles and obstacles there, over the plan area. With `particles` or
+    /// `obstacle` the force on these over the plan area.
+    BedShearStress,
+    /// Shields number: `bed_shear_stress` over `(rho_s - rho) g d`, with the mean density and
+    /// diameter of `particles`; default all that are not fixed.
+    Shields,
     /// Mean over time of the fluid's velocity along `axis` over the whole box, zero in bodies
     /// (m/s).
     SuperficialVelocity,
@@ -141,7 +157,7 @@ impl MeasureKind {
         match self {
             DragCoefficient | DragCoefficientMax | LiftCoefficient | LiftCoefficientMax
             | LiftMagnitude | LiftRms | LiftAmplitude | Strouhal | MorisonDrag | MorisonInertia
-            | MorisonResidual | ForceNoise | HeightRank | SolidFraction => "",
+            | MorisonResidual | ForceNoise | HeightRank | SolidFraction | Einstein | Shields => "",
             MaxSpeed | MidlineULeast | MidlineVLeast | MidlineVLargest | LargestSpeed
             | TerminalSpeed | VelocityX | VelocityY | VelocityZ | FastestParticle | MeanSpeed
             | RmsSpeed | SuperficialVelocity => "m/s",
@@ -156,7 +172,8 @@ impl MeasureKind {
             Torque => "N m",
             TransportRate | FlowRate if dimension == 2 => "m2/s",
             TransportRate | FlowRate => "m3/s",
-            PressureDrop => "Pa",
+            BedloadRate => "m2/s",
+            PressureDrop | BedShearStress => "Pa",
             DriveForce => "N/m3",
             FluidEnergy | BodyEnergy if dimension == 2 => "J/m",
             FluidEnergy | BodyEnergy => "J",
@@ -198,7 +215,38 @@ impl MeasureKind {
                 | MeanSpeed
                 | RmsSpeed
                 | TransportRate
-        )
+        ) || self.is_of_grains()
+    }
+
+    /// Whether it can be of several particles.
+    pub fn takes_group(self) -> bool {
+        self.is_of_group() || self == BedShearStress
+    }
+
+    /// Whether it is of the grains of a bed.
+    pub fn is_of_grains(self) -> bool {
+        matches!(self, BedloadRate | Einstein | Shields)
+    }
+
+    /// Whether it is of the shear stress on a bed.
+    pub fn is_of_shear(self) -> bool {
+        matches!(self, BedShearStress | Shields)
+    }
+
+    /// Whether it is of the density and size of its particles, which must be heavier than the
+    /// fluid.
+    pub fn needs_heavy(self) -> bool {
+        matches!(self, Einstein | Shields)
+    }
+
+    /// Whether it is along a bed, across which gravity acts.
+    pub fn is_along_bed(self) -> bool {
+        self.is_of_grains() || self.is_of_shear()
+    }
+
+    /// Whether the height of the bed counts in it.
+    pub fn has_threshold(self) -> bool {
+        self == BedHeight || self.is_of_shear()
     }
 
     /// Whether it is taken of the whole box after every step.
@@ -215,12 +263,12 @@ impl MeasureKind {
         matches!(
             self,
             SuperficialVelocity | FlowRate | PressureDrop | DriveForce | TransportRate | BedHeight
-        )
+        ) || self.is_along_bed()
     }
 
     /// Whether it needs gravity, to tell what is high.
     pub fn needs_gravity(self) -> bool {
-        matches!(self, MeanHeight | HeightRank | BedHeight)
+        matches!(self, MeanHeight | HeightRank | BedHeight) || self.is_along_bed()
     }
 
     /// Whether it is of the velocities on a line of cells of the box.
@@ -278,7 +326,7 @@ impl MeasureKind {
                 | Torque
                 | DriveForce
                 | PressureDrop
-        )
+        ) || self.is_of_shear()
     }
 
     /// Whether it is a fit of Morison's formula, of a particle with a prescribed oscillation.

@@ -20,6 +20,9 @@ pub struct Output {
     pub checkpoint: Checkpoints,
     /// Figures of the last state as PNG and SVG; default yes.
     pub figures: bool,
+    /// Pressure and shear on the surfaces of particles and obstacles, round ones too, in their
+    /// files beside each snapshot (sharp surfaces only); default no.
+    pub surfaces: bool,
     /// Treatment of a free particle that reaches an outflow; default it leaves, with a row in
     /// `passages.csv`.
     pub removed: Removed,
@@ -111,6 +114,7 @@ impl Default for Output {
             fields: None,
             checkpoint: Checkpoints::WallMinutes(15.0),
             figures: true,
+            surfaces: false,
             removed: Removed::default(),
             fixed: None,
             planes: Vec::new(),

@@ -134,8 +134,12 @@ impl Shape for Disc {
         &[]
     }
 
-    /// None: those who draw it draw a circle.
-    fn triangles(&self, _: f64) -> Vec<[Vector3<f64>; 3]> {
-        Vec::new()
+    fn triangles(&self, spacing: f64) -> Vec<[Vector3<f64>; 3]> {
+        let count = (TAU * self.radius / spacing).ceil().max(3.0) as usize;
+        let at = |i: usize| {
+            let (sin, cos) = (TAU * (i % count) as f64 / count as f64).sin_cos();
+            self.radius * Vector3::new(cos, sin, 0.0)
+        };
+        (0..count).map(|i| [at(i), at(i + 1), at(i + 1)]).collect()
     }
 }

@@ -81,8 +81,8 @@ impl Shape for Sphere {
         &[]
     }
 
-    /// None: those who draw it draw a ball.
-    fn triangles(&self, _: f64) -> Vec<[Vector3<f64>; 3]> {
-        Vec::new()
+    fn triangles(&self, spacing: f64) -> Vec<[Vector3<f64>; 3]> {
+        let larger = |corners: [Vector3<f64>; 3]| corners.map(|corner| self.radius * corner);
+        patches::triangles(patches::divisions(self.radius, spacing)).map(larger).collect()
     }
 }

@@ -40,7 +40,7 @@ pub(in crate::config) fn name_particles(case: &mut Case) -> Check {
             measure.obstacle = Some(Which::Id(id));
             // As bodies obstacles follow the particles.
             measure.particle = Which::Id(names.len() + id);
-            if measure.kind.is_of_group() {
+            if measure.kind.takes_group() {
                 measure.particles = Some(vec![measure.particle.clone()]);
             }
             return Ok(());
@@ -110,6 +110,10 @@ fn check(measure: &Measure, case: &Case, own: bool) -> Check {
         let some = direction.iter().any(|part| *part != 0.0);
         ensure!(some, "direction", "is nothing but zeros: give a direction, as in [1.0, 0.0]");
     }
+    if let Some(about) = &measure.about {
+        ensure!(*kind == MeasureKind::Torque, "about", "is of torque only");
+        vector("about", about, case.dimension(), "m")?;
+    }
     box_keys(case, measure)?;
     needs_of_kind(case, measure)?;
     moment(case, measure)?;
@@ -130,9 +134,9 @@ fn particles(case: &Case, measure: &Measure) -> Check {
     let count = case.particle.len();
     if measure.obstacle.is_some() {
         ensure!(
-            kind.has_direction(),
+            kind.has_direction() || kind == MeasureKind::BedShearStress,
             "obstacle",
-            "is for forces: drag, lift, strouhal, force, torque, force_noise"
+            "is for forces: drag, lift, strouhal, force, torque, force_noise, bed_shear_stress"
         );
         return Ok(());
     }
@@ -146,10 +150,10 @@ fn particles(case: &Case, measure: &Measure) -> Check {
     }
     if let Some(group) = &measure.particles {
         ensure!(
-            kind.is_of_group(),
+            kind.takes_group(),
             "particles",
             "is for mean_height, height_rank, fastest_particle, mean_speed, rms_speed, \
-            transport_rate and force only"
+            transport_rate, bedload_rate, einstein, bed_shear_stress, shields and force only"
         );
         ensure!(!group.is_empty(), "particles", "is empty: list some, or leave it out for all");
         let unknown = group.iter().map(Which::id).find(|id| *id >= count);
@@ -164,6 +168,20 @@ fn needs_of_kind(case: &Case, measure: &Measure) -> Check {
     if kind.needs_gravity() {
         let falls = case.fluid.gravity.iter().any(|g| *g != 0.0);
         ensure!(falls, "kind", "needs fluid.gravity, which says what is high");
+    }
+    if kind.is_of_grains() {
+        let all = || case.particle.iter().filter(|particle| particle.motion != Motion::Fixed);
+        let some = measure.particles.is_some() || all().next().is_some();
+        ensure!(some, "kind", "is of grains that move, and the case has none: give `particles`");
+        let listed = measure.group().map(|id| &case.particle[id]);
+        let mut grains = all().filter(|_| measure.particles.is_none()).chain(listed);
+        let fluid = case.fluid.density;
+        let heavy = grains.all(|grain| grain.density.unwrap_or(fluid) > fluid);
+        ensure!(
+            heavy || !kind.needs_heavy(),
+            "particles",
+            "are of grains heavier than the fluid: give them such a `density`, or leave others out"
+        );
     }
     if kind.fits_morison() {
         let swings = |motion: &Motion| {
@@ -222,8 +240,11 @@ fn box_keys(case: &Case, measure: &Measure) -> Check {
     if let Some(axis) = axis {
         axis.check("axis", case.dimension())?;
     }
-    let of_bed = *kind == MeasureKind::BedHeight;
-    ensure!(threshold.is_none() || of_bed, "threshold", "is of bed_height only");
+    ensure!(
+        threshold.is_none() || kind.has_threshold(),
+        "threshold",
+        "is of bed_height, bed_shear_stress and shields only"
+    );
     positive("threshold", *threshold, "a solid fraction, such as 0.1")?;
     ensure!(
         threshold.is_none_or(|t| t < 1.0),
@@ -231,7 +252,11 @@ fn box_keys(case: &Case, measure: &Measure) -> Check {
         "is a solid fraction: it must be below 1"
     );
     if let Some(Region { min, max }) = region {
-        ensure!(*kind == MeasureKind::SolidFraction, "region", "is of solid_fraction only");
+        ensure!(
+            *kind == MeasureKind::SolidFraction || kind.is_of_shear(),
+            "region",
+            "is of solid_fraction, bed_shear_stress and shields only"
+        );
         vector("region.min", min, case.dimension(), "m")?;
         vector("region.max", max, case.dimension(), "m")?;
         let holds = min.iter().zip(max).all(|(min, max)| min < max);
