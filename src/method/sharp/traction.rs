@@ -42,7 +42,13 @@ pub fn find<const D: usize>(
     let grid = &domain.grid;
     let mut all = Vec::new();
     for (k, body) in cut.bodies.each() {
-        let flow = Flow { grid, u: &s.u, velocities: velocities(&s.bodies), k };
+        let flow = Flow {
+            grid,
+            boundaries: &domain.boundaries,
+            u: &s.u,
+            velocities: velocities(&s.bodies),
+            k,
+        };
         let points = &body.surface.points;
         body.stencils.values(pulp::Scalar::new(), points, &flow, None, |point, slope| {
             let at = images(grid, s.bodies[k].shape(), &s.bodies[k].centre)
