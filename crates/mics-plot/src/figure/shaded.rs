@@ -3,7 +3,7 @@
 //! Where the box cuts an obstacle, its section is drawn on the side of the box.
 //!
 //! ```text
-//!      v  up     e  to the eye      a point x lies at (x.r, x.v) of the picture, and hides what has
+//!      v  up     e  to the eye     a point x lies at (x.r, x.v) of the picture and hides what has
 //!      |  /                         a smaller depth x.e; its colour is that of its body times
 //!      | /                            0.45 + 0.55 max(0, n.l)
 //!      o-----> r                    of the normal n and the light l, from over the left shoulder
