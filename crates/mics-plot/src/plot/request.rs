@@ -35,8 +35,8 @@ pub struct Request {
     /// several with commas [default: all, of more than seven by material and size].
     #[arg(long = "particle", value_name = "PARTICLE", value_delimiter = ',')]
     pub particles: Vec<String>,
-    /// Draw forces and speeds of several runs, as of several seeds, as their mean with the area that
-    /// they spread over.
+    /// Draw forces and speeds of several runs, as of several seeds, as their mean with the area
+    /// that they spread over.
     #[arg(long)]
     pub mean: bool,
     /// Where figures go that are named or of several runs [default: figures/ of the run, of
