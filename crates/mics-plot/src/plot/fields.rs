@@ -1,16 +1,15 @@
 //! Planes of the flow from a run's snapshots: which ones, and what of them a figure shows.
 
 use super::discs::{Colours, discs, grey_scale, start};
-use super::rows::Rows;
 use super::section;
 use crate::figure::{Disc, Plane, Quantity, Style};
-use mics_run::bodies::Pose;
+use mics_run::bodies::{self, Pose};
 use mics_run::config::{Case, Section};
 use mics_run::not_a_run;
 use mics_run::snapshot::Snapshot;
 use mics_run::words::rounded;
 use mics_run::{Error, Result};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -51,22 +50,22 @@ pub fn planes(
     section: Option<Section>,
     times: &[f64],
 ) -> Result<Vec<Plane>> {
-    let taken = choose(run, times)?
+    let taken = choose(run, times)?;
+    let times: Vec<f64> = taken.iter().map(|(time, _)| *time).collect();
+    let poses = taken
         .iter()
-        .map(|(_, path)| Snapshot::read(path))
+        .map(|(_, path)| bodies::of(path, case.particle.len()))
         .collect::<Result<Vec<_>>>()?;
-    let times: Vec<f64> = taken.iter().map(|snapshot| snapshot.time).collect();
-    let rows = Rows::read(run, case, &times, &[]);
-    let digits = digits(&times);
     // One plane for all panels, where it would be at the end.
-    let section = section.or_else(|| sections(case, rows.poses(times.len() - 1)).first().copied());
+    let last = |id: usize| poses.last()?.get(&id).copied();
+    let section = section.or_else(|| sections(case, last).first().copied());
     let section = section.unwrap_or(Section::Z(0.0));
-    let look = Look { digits, ..Look::default() };
-    taken
-        .iter()
-        .enumerate()
-        .map(|(k, snapshot)| plane(case, snapshot, run, section, &rows.poses(k), &look))
-        .collect()
+    let look = Look { digits: digits(&times), ..Look::default() };
+    let panel = |((_, path), poses): (&(f64, PathBuf), &HashMap<usize, Pose>)| {
+        let place = |id: usize| poses.get(&id).copied();
+        plane(case, &Snapshot::read(path)?, run, section, &place, &look)
+    };
+    taken.iter().zip(&poses).map(panel).collect()
 }
 
 /// The snapshots that a strip shows, with their times (s).

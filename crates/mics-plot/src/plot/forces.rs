@@ -445,7 +445,7 @@ mod tests {
         )
         .unwrap();
         let case = case.unwrap();
-        let rows = Rows::read(folder.path(), &case, &[], &[]);
+        let rows = Rows::read(folder.path(), &case, &[]);
         (case, rows)
     }
 

@@ -40,9 +40,7 @@ use std::path::{Path, PathBuf};
 pub(super) use convergence::{Solve, StepSolves, convergence};
 pub use discs::Bodies;
 use discs::Colours;
-pub(super) use fields::{
-    Look, dated, evenly, nearest, newest_snapshot, plane, sections, snapshots,
-};
+pub(super) use fields::{Look, dated, evenly, nearest, newest_snapshot, plane, sections};
 pub(super) use forces::{forces, speeds};
 pub(super) use paths::{Track, paths};
 pub(super) use probes::probes;
@@ -98,7 +96,7 @@ impl Run {
     }
 
     fn rows(&self) -> Rows {
-        Rows::read(&self.folder, &self.case, &[], &self.asked)
+        Rows::read(&self.folder, &self.case, &self.asked)
     }
 }
 
@@ -174,17 +172,16 @@ fn folder_of(request: &Request, runs: &[Run]) -> Result<PathBuf> {
 fn draw_figure(request: &Request, figure: Figure, runs: &[Run]) -> Result<Option<Vec<PathBuf>>> {
     let Some(run) = runs.first() else { return Ok(None) };
     let stem = |name: &str| Ok::<_, Error>(folder_of(request, runs)?.join(name));
-    let titled = |planes: &[figure::Plane]| {
+    let strip_title = |planes: &[figure::Plane]| {
         let place = planes.first().map_or("", |plane| &plane.place);
         format!("{}{place}", run.case.name)
     };
     let seen = |plane| request.view.part(figure::Plane { style: request.view.style(), ..plane });
     request.view.fits(run)?;
     let last = |run: &Run| {
-        let plane = Last::read(run, request.view.plane, request.times.last().copied())?
-            .planes
-            .swap_remove(0);
-        seen(plane)
+        let path = snapshot_at(run, request.times.last().copied())?;
+        let plane = last_planes(&run.folder, &run.case, request.view.plane, &path)?.swap_remove(0);
+        seen(titled(&run.case, plane))
     };
     let planes = |run: &Run| -> Result<Vec<_>> {
         fields::planes(&run.folder, &run.case, request.view.plane, &request.times)?
@@ -202,14 +199,14 @@ fn draw_figure(request: &Request, figure: Figure, runs: &[Run]) -> Result<Option
             let planes = planes(run)?;
             figure::vorticity_strip(
                 &planes,
-                &titled(&planes),
+                &strip_title(&planes),
                 request.interval,
                 &stem("vorticity_strip")?,
             )?
         }
         Figure::StreamlinesStrip => {
             let planes = planes(run)?;
-            figure::streamlines_strip(&planes, &titled(&planes), &stem("streamlines_strip")?)?
+            figure::streamlines_strip(&planes, &strip_title(&planes), &stem("streamlines_strip")?)?
         }
         Figure::Solids => {
             let Some(scene) = solid_scene(run, request)? else { return Ok(None) };
@@ -241,7 +238,7 @@ fn solid_scene(run: &Run, request: &Request) -> Result<Option<figure::Scene>> {
     if case.dimension() != 3 || !case.has_bodies() {
         return Ok(None);
     }
-    let path = Last::snapshot(run, request.times.last().copied())?;
+    let path = snapshot_at(run, request.times.last().copied())?;
     let time = Snapshot::time_of(&path)?;
     let poses = bodies::of(&path, case.particle.len())?;
     let fastest = poses.values().map(|pose| pose.speed).fold(0.0, f64::max);
@@ -262,47 +259,35 @@ fn draw_field(request: &Request, runs: &[Run], run: &Run) -> Result<Vec<PathBuf>
     reel::pictures(&Reel::of(run, &request.view, &frames)?, &folder)
 }
 
-/// The last state of a run or one before, in one plane or several.
-struct Last {
-    planes: Vec<figure::Plane>,
-    rows: Rows,
+/// The last snapshot of a run, or the one next to a time (s).
+fn snapshot_at(run: &Run, time: Option<f64>) -> Result<PathBuf> {
+    let Some(time) = time else { return newest_snapshot(&run.folder) };
+    let mut all = dated(&run.folder)?;
+    fields::check_time(&run.folder, &all, time)?;
+    Ok(all.swap_remove(fields::nearest(&all, time)).1)
 }
 
-impl Last {
-    /// The last snapshot of a run, or the one next to a time (s).
-    fn snapshot(run: &Run, time: Option<f64>) -> Result<PathBuf> {
-        let Some(time) = time else { return newest_snapshot(&run.folder) };
-        let mut all = dated(&run.folder)?;
-        fields::check_time(&run.folder, &all, time)?;
-        Ok(all.swap_remove(fields::nearest(&all, time)).1)
-    }
+/// The last state of a run, or the one next to a time (s), in a plane or in those that its figures
+/// show: titled by its time and place alone.
+pub(super) fn last_planes(
+    folder: &Path,
+    case: &Case,
+    section: Option<Section>,
+    path: &Path,
+) -> Result<Vec<figure::Plane>> {
+    let snapshot = Snapshot::read(path)?;
+    let poses = bodies::of(path, case.particle.len())?;
+    let place = |id: usize| poses.get(&id).copied();
+    let sections = section.map_or_else(|| sections(case, place), |section| vec![section]);
+    let look = Look::at(snapshot.time);
+    let plane = |section| plane(case, &snapshot, folder, section, &place, &look);
+    sections.into_iter().map(plane).collect()
+}
 
-    /// Reads the last one, or that next to a time (s).
-    fn read(run: &Run, section: Option<Section>, time: Option<f64>) -> Result<Last> {
-        let path = Last::snapshot(run, time)?;
-        let snapshot = Snapshot::read(&path)?;
-        let rows = Rows::read(&run.folder, &run.case, &[snapshot.time], &run.asked);
-        // The rows of a run that goes on may be behind its snapshots.
-        let poses = bodies::of(&path, run.case.particle.len())?;
-        let place = |id: usize| {
-            if poses.is_empty() { rows.poses(0)(id) } else { poses.get(&id).copied() }
-        };
-        let sections = section.map_or_else(|| sections(&run.case, place), |section| vec![section]);
-        let titled = |section: Section| {
-            let plane = plane(
-                &run.case,
-                &snapshot,
-                &run.folder,
-                section,
-                &place,
-                &Look::at(snapshot.time),
-            )?;
-            let title = format!("{}, {}{}", run.case.name, plane.title, plane.place);
-            Ok(figure::Plane { title, ..plane })
-        };
-        let planes = sections.into_iter().map(titled).collect::<Result<_>>()?;
-        Ok(Last { planes, rows })
-    }
+/// A plane with the name of its case, its time and its place as its title.
+fn titled(case: &Case, plane: figure::Plane) -> figure::Plane {
+    let title = format!("{}, {}{}", case.name, plane.title, plane.place);
+    figure::Plane { title, ..plane }
 }
 
 /// Draws one run's usual figures into its `figures/`; returns the PNGs and SVGs, the vorticity's
@@ -313,15 +298,14 @@ impl Last {
 pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     let run = Run::read(folder, &[])?;
     // All is read before anything is written.
-    let last = match Last::read(&run, None, None) {
+    let planes = match snapshot_at(&run, None) {
         // One that has just begun has its rows.
-        Err(_) if run.unfinished().is_some() && snapshots(folder).is_err() => {
-            Last { planes: Vec::new(), rows: run.rows() }
-        }
-        last => last?,
+        Err(_) if run.unfinished().is_some() => Vec::new(),
+        path => last_planes(folder, &run.case, None, &path?)?,
     };
+    let rows = run.rows();
     let runs = std::slice::from_ref(&run);
-    let rows = std::slice::from_ref(&last.rows);
+    let rows = std::slice::from_ref(&rows);
     let figures = [
         Figure::Forces,
         Figure::Speeds,
@@ -339,8 +323,7 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     }
     let folder = folder_of(&Request::default(), runs)?;
     let mut written = Vec::new();
-    if let (false, Some(scene)) = (last.planes.is_empty(), solid_scene(&run, &Request::default())?)
-    {
+    if let (false, Some(scene)) = (planes.is_empty(), solid_scene(&run, &Request::default())?) {
         written.extend(figure::shaded(&scene, &folder.join("solids"))?);
     }
     for (figure, drawn) in figures {
@@ -348,11 +331,12 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
             written.extend(figure::chart(&chart, &folder.join(figure.file()))?);
         }
     }
-    for (number, plane) in last.planes.iter().enumerate().rev() {
+    for (number, plane) in planes.into_iter().enumerate().rev() {
+        let plane = titled(&run.case, plane);
         // The first has the plain names, and comes last.
         let stem = |name: &str| numbered(&folder.join(name), number);
-        written.extend(figure::streamlines(plane, &stem("streamlines"))?);
-        written.extend(figure::vorticity(plane, &stem("vorticity"))?);
+        written.extend(figure::streamlines(&plane, &stem("streamlines"))?);
+        written.extend(figure::vorticity(&plane, &stem("vorticity"))?);
     }
     Ok(written)
 }

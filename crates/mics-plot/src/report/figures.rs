@@ -4,7 +4,6 @@ use super::Run;
 use crate::figure::{self, Axes, Chart, Series, SeriesStyle};
 use crate::plot;
 use mics_run::Result;
-use mics_run::snapshot::Snapshot;
 use std::path::Path;
 
 /// A figure and what stands below it.
@@ -69,17 +68,8 @@ fn axes(x_label: &str, y_label: &str) -> Axes {
 fn fields(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     // A run that has written no field yet has no figure of one.
     let Ok(newest) = plot::newest_snapshot(folder) else { return Ok(Vec::new()) };
-    let snapshot = Snapshot::read(&newest)?;
     let mut all = Vec::new();
-    for section in plot::sections(&run.case, run.particles.poses(0)) {
-        let mut plane = plot::plane(
-            &run.case,
-            &snapshot,
-            folder,
-            section,
-            &run.particles.poses(0),
-            &plot::Look::at(snapshot.time),
-        )?;
+    for mut plane in plot::last_planes(folder, &run.case, None, &newest)? {
         let place = std::mem::take(&mut plane.title) + &plane.place;
         let figure = |svg, title, what: &str| Figure {
             svg,

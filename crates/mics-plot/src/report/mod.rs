@@ -14,7 +14,6 @@ use mics_run::compare::Comparison;
 use mics_run::config::Case;
 use mics_run::file::replace;
 use mics_run::folder::REPORT;
-use mics_run::snapshot::Snapshot;
 use mics_run::summary::{Provenance, Summary};
 use mics_run::{Error, Result};
 use std::collections::HashMap;
@@ -39,15 +38,11 @@ impl Run {
     fn read(folder: &Path) -> Result<Run> {
         let provenance = Provenance::read(folder)?;
         let case = plot::read_case(folder)?;
-        // A run that has only begun has no snapshot yet.
-        let time = plot::newest_snapshot(folder)
-            .and_then(|path| Snapshot::read(&path))
-            .map_or(0.0, |s| s.time);
         Ok(Run {
             provenance,
             // A run that goes on has no summary yet: the report is of what there is.
             summary: Summary::read(folder).ok(),
-            particles: Rows::read(folder, &case, &[time], &[]),
+            particles: Rows::read(folder, &case, &[]),
             case,
             solves: StepSolves::read(folder, None)?,
             steps: steps(&folder.join("steps.csv")),
