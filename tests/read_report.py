@@ -145,7 +145,7 @@ with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
                   " || e.getAttribute('xlink:href')).filter(u => u && !u.startsWith('data:'))"
         expect(page.evaluate(outside) == [], f"{path}: refers to {page.evaluate(outside)}")
         titles = page.evaluate("[...document.querySelectorAll('figure h3')].map(e => e.textContent)")
-        expect({"Vorticity", "Streamlines", "Forces", "Divergence", "Iterations"} <= set(titles), f"{path}: figures {titles}")
+        expect({"Vorticity", "Streamlines", "Forces", "Iterations and divergence"} <= set(titles), f"{path}: figures {titles}")
         expect(page.evaluate("[...document.querySelectorAll('figure svg')].every(e => e.getBoundingClientRect().height > 100)"),
                f"{path}: a figure is not drawn")
         sections = page.evaluate("[...document.querySelectorAll('section')].map(e => e.id)")

@@ -56,7 +56,7 @@ fn report_has_case_comparison_and_command() {
         assert!(html.contains(part), "no `{part}`");
     }
     for title in
-        ["Vorticity", "Streamlines", "Forces", "Paths", "Velocity", "Divergence", "Iterations"]
+        ["Vorticity", "Streamlines", "Forces", "Paths", "Velocity", "Iterations and divergence"]
     {
         assert!(
             html.contains(&format!("<h3>{title}</h3><svg role=\"img\" aria-label=\"{title}\"")),
@@ -171,7 +171,7 @@ fn report_of_failed_or_unfinished_run() {
     let html = report(&out);
     assert!(
         html.contains("not ended")
-            && html.contains("<h3>Divergence</h3>")
+            && html.contains("<h3>Iterations and divergence</h3>")
             && !html.contains("Where the time went")
     );
     // As one that failed leaves it.

@@ -37,7 +37,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-pub(super) use convergence::{Solve, StepSolves, convergence};
+pub(super) use convergence::{Solve, StepSolves, convergence, over_steps};
 pub use discs::Bodies;
 use discs::Colours;
 pub(super) use fields::{Look, dated, evenly, nearest, newest_snapshot, plane, sections};

@@ -36,9 +36,7 @@ pub fn figures(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
     let mut all = fields(run, folder)?;
     all.extend(motion(run)?);
     all.extend(records(run, folder)?);
-    all.extend(numerics(run)?);
-    let limit = run.case.pressure.divergence_limit;
-    all.extend(charted(Part::Numerics, "Convergence", plot::convergence(folder, limit, None)?)?);
+    all.extend(numerics(run, folder)?);
     Ok(all)
 }
 
@@ -150,51 +148,27 @@ fn motion(run: &Run) -> Result<Vec<Figure>> {
     Ok(figures.into_iter().flatten().collect())
 }
 
-fn numerics(run: &Run) -> Result<Vec<Figure>> {
-    let steps = run.column("step");
-    let times = run.column("time");
-    let over = |x: &[f64], name: &str, label: &str| Series {
+fn numerics(run: &Run, folder: &Path) -> Result<Vec<Figure>> {
+    let over = |name: &str, label: &str| Series {
         label: label.into(),
         // The row of time 0 has no step behind it.
-        points: x.iter().copied().zip(run.column(name).iter().copied()).skip(1).collect(),
+        points: run
+            .column("time")
+            .iter()
+            .copied()
+            .zip(run.column(name).iter().copied())
+            .skip(1)
+            .collect(),
         style: SeriesStyle::Line,
     };
     let limit = run.case.pressure.divergence_limit;
-    let ends = [steps.get(1), steps.last()].into_iter().flatten();
-    let limit = Series {
-        label: "limit D0".into(),
-        points: ends.map(|step| (*step, limit)).collect(),
-        style: SeriesStyle::Dashed,
-    };
-    let divergence = [over(steps, "divergence_max", "largest |D|"), limit];
-    let iterations =
-        [over(steps, "outer_iterations", "C-HSMAC"), over(steps, "krylov_iterations", "Krylov")];
-    let log = Axes { log_y: true, ..axes("step", "largest |D| (1/s)") };
     let part = Part::Numerics;
+    let length = [over("dt", "")];
     let figures = [
-        curves(
-            part,
-            "Divergence",
-            "The largest |D| of all cells after each step, and the limit that it is held under.",
-            log,
-            &divergence,
-        )?,
-        curves(
-            part,
-            "Iterations",
-            "Iterations of the pressure in each step: C-HSMAC's, and those of the linear solves in \
-            them.",
-            axes("step", "iterations"),
-            &iterations,
-        )?,
-        curves(
-            part,
-            "Time step",
-            "The length of each step.",
-            axes("time (s)", "dt (s)"),
-            &[over(times, "dt", "")],
-        )?,
-        energy(run, |name, label| over(times, name, label))?,
+        charted(part, "Iterations and divergence", plot::over_steps(&[("", folder, limit)])?)?,
+        curves(part, "Time step", "The length of each step.", axes("time (s)", "dt (s)"), &length)?,
+        energy(run, over)?,
+        charted(part, "Convergence", plot::convergence(folder, limit, None)?)?,
     ];
     Ok(figures.into_iter().flatten().collect())
 }
