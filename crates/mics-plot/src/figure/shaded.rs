@@ -14,6 +14,7 @@ use super::field::{draw_particle_bars, particle_bar, side_by_side};
 use super::paint::Palette;
 use super::{Scale, canvas::GAP};
 use mics_run::Result;
+use mics_run::words::rounded;
 use nalgebra::Vector3;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
@@ -373,7 +374,7 @@ fn draw(scene: &Scene) -> (Sheet, Pixel) {
     let [columns, rows] = picture.size;
     let extent = (columns as i32, rows as i32);
     let top = MARGIN + LARGE + MARGIN / 2;
-    let corner = (MARGIN + SMALL * 3, top);
+    let corner = (MARGIN + canvas::width(&length(scene, scene.up), SMALL) + GAP, top);
     let mut sheet = Sheet::default();
     sheet.bitmap(corner, extent, |x, y| {
         let i = (x * columns as f64) as usize;
@@ -390,6 +391,11 @@ fn draw(scene: &Scene) -> (Sheet, Pixel) {
     sheet.title(&scene.title, corner.0 + extent.0 / 2, top);
     let right = (begin.0 + wide).max(canvas::width(&scene.title, LARGE)) + 2 * MARGIN;
     (sheet, (right, top + extent.1 + SMALL + 2 * MARGIN))
+}
+
+/// Name and length of an edge of the box.
+fn length(scene: &Scene, axis: usize) -> String {
+    format!("{}, {} m", ["x", "y", "z"][axis], rounded(scene.size[axis]))
 }
 
 /// Writes names and lengths of the three edges of the box that are lowest in the picture.
@@ -410,8 +416,7 @@ fn label_axes(sheet: &mut Sheet, picture: &Picture, scene: &Scene, view: &View, 
         // Seen end on, it has no length to write at.
         let seen = view.turned(&(to - from)).xy().norm() > 0.05 * scene.size[axis];
         let at = (corner.0 + x as i32, corner.1 + picture.size[1] as i32 - y as i32);
-        let name = ["x", "y", "z"][axis];
-        let text = format!("{name}, {} m", mics_run::words::rounded(scene.size[axis]));
+        let text = length(scene, axis);
         let (anchor, at) = if axis == scene.up {
             ((HPos::Right, VPos::Center), (at.0 - GAP, at.1))
         } else if (x1 - x0).abs() < 1.0 || (x < 0.5 * picture.size[0] as f64) {
