@@ -176,11 +176,7 @@ pub fn discs(
     let names = unique_names(case);
     let mut discs: Vec<Disc> = obstacles(case, axes, height, place).collect();
     for (id, p) in case.particle.iter().enumerate() {
-        // A body that moves and has no place has left the box or has not come in.
-        let rests = || p.motion == Motion::Fixed && p.enter.is_none();
-        let Some(pose) = place(id).or_else(|| rests().then(|| Pose::at(start(p)))) else {
-            continue;
-        };
+        let Some(pose) = place(id).or_else(|| at_rest(p)) else { continue };
         let at = pose.centre;
         let off = off_plane(case, pose.centre, axis, height);
         let reach = 0.5 * p.shape.bounding_diameter();
@@ -259,6 +255,13 @@ fn unique_names(case: &Case) -> HashMap<usize, &str> {
     let mut count: HashMap<&str, usize> = HashMap::new();
     named().for_each(|(_, name)| *count.entry(name).or_default() += 1);
     named().filter(|(_, name)| count.get(name) == Some(&1)).collect()
+}
+
+/// The pose of a fixed body of which no file says it; none of one that moves, which has left the box
+/// or has not come in.
+pub fn at_rest(particle: &Particle) -> Option<Pose> {
+    let rests = particle.motion == Motion::Fixed && particle.enter.is_none();
+    rests.then(|| Pose::at(start(particle)))
 }
 
 /// Where a particle is at the start (m).

@@ -21,7 +21,7 @@ pub type Point = [f64; 2];
 pub type Triangle = [Vector3<f64>; 3];
 
 /// Triangles along a body's length.
-const ALONG: f64 = 48.0;
+pub const ALONG: f64 = 48.0;
 /// Largest distance of two ends that meet, relative to the size of the surface.
 const MEETS: f64 = 1e-6;
 
@@ -71,12 +71,10 @@ impl Section {
     /// The rings of a solid, which is turned, about its centre, which lies in the origin.
     pub fn solid(&self, solid: &Solid, turn: &UnitQuaternion<f64>) -> Vec<Vec<Point>> {
         let geometry = solid.geometry();
-        let parts = geometry.parts();
-        if !parts.is_empty() && parts.iter().all(|part| matches!(part.core, Core::Point)) {
-            let circles = parts.iter();
-            return circles
-                .filter_map(|ball| self.circle(&(turn * ball.place), ball.rounding))
-                .collect();
+        let balls = balls(solid);
+        if !balls.is_empty() {
+            let circle = |(place, radius)| self.circle(&(turn * place), radius);
+            return balls.into_iter().filter_map(circle).collect();
         }
         let triangles = geometry.triangles(2.0 * geometry.radius() / ALONG).into_iter();
         self.rings(triangles.map(|corners| corners.map(|x| turn * x)), geometry.radius())
@@ -133,6 +131,14 @@ pub fn closed_surfaces(case: &Case, wall: &Wall, pose: Option<Pose>) -> Vec<Vec<
         surface.iter().map(|corners| corners.map(|x| x + way)).collect()
     };
     steps.map(image).collect()
+}
+
+/// The centres and radii (m) of the balls that a solid is made of; none of another one.
+pub fn balls(solid: &Solid) -> Vec<(Vector3<f64>, f64)> {
+    let parts = solid.geometry().parts();
+    let all = parts.iter().all(|part| matches!(part.core, Core::Point));
+    let balls = parts.iter().filter(|_| all);
+    balls.map(|ball| (ball.place, ball.rounding)).collect()
 }
 
 /// Joins segments, each to one that begins where it ends, up to a distance (m), to rings.

@@ -1,17 +1,13 @@
 //! Bodies and obstacles of a 3D run as shaded surfaces: where they are in a snapshot, in colours
 //! that say what bodies are.
 
-use super::discs::{Colours, materials, start};
+use super::discs::{Colours, at_rest, materials};
 use super::section::upright;
-use super::slice::closed_surfaces;
+use super::slice::{ALONG, balls, closed_surfaces};
 use crate::figure::{Scene, Solid, Surface};
 use mics_run::bodies::Pose;
-use mics_run::config::{Case, Motion, Particle};
-use mics_shapes::Core;
+use mics_run::config::{Case, Particle};
 use nalgebra::Vector3;
-
-/// Triangles along a body's length.
-const ALONG: f64 = 48.0;
 
 /// The scene of a case with bodies and obstacles in these places, seen from `eye` (a direction from
 /// the box, of any length); by default from before it, above and to the left.
@@ -26,9 +22,7 @@ pub fn scene(
     let default = if up == 1 { [-0.6, 0.6, 1.0] } else { [-0.6, -1.0, 0.6] };
     let materials = materials(case);
     let bodies = case.particle.iter().enumerate().filter_map(|(id, p)| {
-        // A body that moves and has no place has left the box or has not come in.
-        let rests = || p.motion == Motion::Fixed && p.enter.is_none();
-        let pose = place(id).or_else(|| rests().then(|| Pose::at(start(p))))?;
+        let pose = place(id).or_else(|| at_rest(p))?;
         let shade = Some(colours.shade(&materials, p, &pose));
         Some(Solid { surfaces: body(p, &pose), shade })
     });
@@ -55,11 +49,10 @@ fn body(particle: &Particle, pose: &Pose) -> Vec<Surface> {
     };
     let geometry = solid.geometry();
     let turn = pose.orientation.unwrap_or_else(|| particle.turn());
-    let parts = geometry.parts();
-    if !parts.is_empty() && parts.iter().all(|part| matches!(part.core, Core::Point)) {
-        let ball =
-            parts.iter().map(|ball| Surface::Ball(centre + turn * ball.place, ball.rounding));
-        return ball.collect();
+    let balls = balls(solid);
+    if !balls.is_empty() {
+        let ball = |(place, radius)| Surface::Ball(centre + turn * place, radius);
+        return balls.into_iter().map(ball).collect();
     }
     let all = geometry.triangles(2.0 * geometry.radius() / ALONG);
     let all = all.into_iter().map(|corners| corners.map(|x| centre + turn * x));
