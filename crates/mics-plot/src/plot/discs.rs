@@ -257,8 +257,8 @@ fn unique_names(case: &Case) -> HashMap<usize, &str> {
     named().filter(|(_, name)| count.get(name) == Some(&1)).collect()
 }
 
-/// The pose of a fixed body of which no file says it; none of one that moves, which has left the box
-/// or has not come in.
+/// The pose of a fixed body of which no file says it; none of one that moves, which has left the
+/// box or has not come in.
 pub fn at_rest(particle: &Particle) -> Option<Pose> {
     let rests = particle.motion == Motion::Fixed && particle.enter.is_none();
     rests.then(|| Pose::at(start(particle)))
