@@ -1,6 +1,6 @@
 //! Obstacles of any shape in the flow: channels and ducts across the grid, against the exact flow.
 
-use crate::support::{PERIODIC, Petsc, box_case, mics, order, petsc};
+use crate::support::{PERIODIC, Petsc, box_case, columns, mics, order, petsc};
 use mics::config::load;
 use mics::geometry::shapes::{Extent, Obstacle};
 use mics::particles::Body;
@@ -190,4 +190,44 @@ fn creeping_flow_over_corners_is_stable_at_500_random_places_and_angles() {
         }
     }
     assert!(unstable.is_empty(), "{} of 500: {unstable:?}", unstable.len());
+}
+
+/// The cells within a bed have a pressure that no fluid sees, and the bed's force along the stream
+/// had its difference from one side of the box to the other: ten times the friction.
+#[test]
+fn flat_bed_from_inflow_to_outflow_has_friction_alone_on_any_ranks() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("bed.toml");
+    let case = |top: f64| {
+        format!(
+            "name = \"bed\"\ndomain = {{ size = [0.4, 0.1], cells = [48, 12] }}\n\
+            fluid = {{ density = 1000.0, viscosity = 0.05 }}\n\
+            [boundary]\nwest = {{ inflow_half_parabola = [0.2, 0.0] }}\neast = \"outflow\"\n\
+            south = \"wall\"\nnorth = \"slip\"\n\
+            [[obstacle]]\nname = \"bed\"\n\
+            heights = {{ points = [[-1.0, {top}], [2.0, {top}]] }}\n\
+            [[particle]]\nshape.disc.diameter = 0.03\nposition = [0.15, 0.07]\n\
+            density = 1500.0\n[contact]\n[time]\nend = 0.1\n"
+        )
+    };
+    for top in [0.0197, 0.021, 0.03] {
+        std::fs::write(&file, case(top)).unwrap();
+        let mut last = Vec::new();
+        for ranks in ["1", "2"] {
+            let out = dir.path().join(format!("{top}-{ranks}"));
+            let words = ["run", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
+            let output = mics(&[&words[..], &["--ranks", ranks, "--quiet"]].concat());
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            let rows = columns(&out.join("obstacles.csv"));
+            let end = |name: &str| *rows[name].last().unwrap();
+            let largest = rows["pressure_fx"].iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+            println!("{top}: {:.3e} along, {largest:.1e} of it by pressure", end("fluid_fx"));
+            assert!(end("viscous_fx") > 0.05 && largest < 1e-9, "{top}: {largest:e} N/m");
+            last.push(end("fluid_fx"));
+            let steps = columns(&out.join("steps.csv"));
+            let error = steps["momentum_error"].iter().fold(0.0, |most: f64, e| most.max(*e));
+            assert!(error < 1e-9, "{top}: {error:e}");
+        }
+        assert!((last[0] / last[1] - 1.0).abs() < 1e-6, "{top}: {last:?}");
+    }
 }

@@ -76,7 +76,7 @@ pub fn close<const D: usize>(
     let momentum = total_momentum(s, cells)?;
     let impulses = Impulses {
         drive: dt * domain.driving_force(s),
-        pressure,
+        pressure: pressure - dt * rigid.force_of_filled,
         shear,
         flow,
         ..impulses_of_bodies(domain, s, rigid, dt)

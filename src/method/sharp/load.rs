@@ -14,6 +14,9 @@ use crate::state::State;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
+/// Part of a cell that is open at most where bodies fill it wholly.
+const FILLED: f64 = 1e-9;
+
 /// Per body, pressure, wall shear and their torques over all ranks, with the cells' velocity and
 /// pressure as they are, ghosts filled. Collective.
 pub fn surface_forces<'a, const D: usize>(
@@ -73,6 +76,64 @@ pub fn pressure_force<const D: usize>(
         force[axis] = area * sums.iter().sum::<f64>();
     }
     force
+}
+
+/// This rank's part of the pressure load on the obstacle `k` that is not that of the fluid on its
+/// walls: by cells that bodies fill wholly, `filled` is 1, whose pressure is nobody's, and through
+/// the sides of the box that it covers,
+///
+/// ```text
+///   sum over faces of  A m (s_b p_b - s_a p_a)     m: covered part, b and a: the cells below and
+///     + sides          A m ((1 - s_a) p_a  at low, -(1 - s_b) p_b  at high ones)      above it,
+/// ```                                                               s: 1 of a filled cell, or 0
+/// Ghosts of both fields filled.
+pub fn load_of_filled<const D: usize>(
+    cut: &CutBodies<D>,
+    grid: &Grid<D>,
+    k: usize,
+    p: &[f64],
+    filled: &[f64],
+) -> Load {
+    let sealed = |cell: usize| filled[cell] > 1.0 - FILLED;
+    let inner = |cell: usize| if sealed(cell) { p[cell] } else { 0.0 };
+    let open = |cell: usize| if sealed(cell) { 0.0 } else { p[cell] };
+    let mut load = Load::default();
+    let mut add = |axis: usize, pressure: f64, part: f64, lever: &Vector3<f64>| {
+        let mut force = Vector3::zeros();
+        force[axis] = grid.cell_volume() / grid.h[axis] * pressure;
+        load.force += part * force;
+        load.torque += lever.cross(&force);
+    };
+    let number = cut.joined[k].iter().position(|(j, _)| *j == k).map(|number| number as u32);
+    let alone = [(k, Vector3::zeros())];
+    let all = if number.is_some() { &cut.joined[k][..] } else { &alone };
+    for (j, way) in all {
+        let faces = &cut.bodies[*j].faces;
+        for axis in 0..D {
+            let s = grid.stride[axis];
+            for (n, (cut, centroids)) in faces.cuts[axis].with_centroids().enumerate() {
+                let face = cut.face as usize;
+                let of = number.map_or([1.0; 2], |number| {
+                    faces.owners[axis][n].map(|owner| f64::from(owner == number))
+                });
+                if cut.owned {
+                    let pressure = of[0] * inner(face - s) - of[1] * inner(face);
+                    let lever = centroids.lever() + cut.solid_fraction * way;
+                    add(axis, pressure, cut.solid_fraction, &lever);
+                }
+            }
+        }
+    }
+    for (axis, cuts) in cut.bodies[k].faces.at_sides.iter().enumerate() {
+        let s = grid.stride[axis];
+        for (cut, centroids) in cuts.with_centroids() {
+            let face = cut.face as usize;
+            let is_low = grid.place_of(axis, face) == grid.ghosts;
+            let pressure = if is_low { open(face) } else { -open(face - s) };
+            add(axis, pressure, cut.solid_fraction, &centroids.lever());
+        }
+    }
+    load
 }
 
 /// Calls `take` with the lever from the centre of the obstacle `k` (m), which is one solid with

@@ -4,7 +4,7 @@
 use super::body_motion::{BodyMotion, ShearUnit, inertial_share};
 use super::cut::CutBodies;
 use super::gap::Shares;
-use super::load::{cell_momenta, surface_forces};
+use super::load::{cell_momenta, load_of_filled, surface_forces};
 use super::sums::{Sums, SurfaceForces};
 use super::{StepNumbers, contact_correction};
 use crate::Result;
@@ -28,6 +28,11 @@ pub struct RigidStep {
     /// Force of the fluid (N) in gaps that the grid does not resolve, which walls and held bodies
     /// have in place of free ones.
     pub gap_force_on_fixed: Vector3<f64>,
+    /// Force (N) on obstacles by the pressure of cells that they fill, and of the sides of the box
+    /// through the parts that they cover of them.
+    pub force_of_filled: Vector3<f64>,
+    /// Scratch: the part of each cell that bodies fill.
+    filled: Vec<f64>,
     /// Whether advection conserves momentum, so that what it takes of one cell another has: else
     /// what it loses is nobody's force.
     keeps_momentum: bool,
@@ -52,6 +57,8 @@ impl RigidStep {
             motions: bodies.iter().map(motion).collect(),
             contacts,
             gap_force_on_fixed: Vector3::zeros(),
+            force_of_filled: Vector3::zeros(),
+            filled: Vec::new(),
             keeps_momentum,
             exchanged: vec![Impulse::default(); n],
             sums: Sums::with_capacity(n),
@@ -357,7 +364,44 @@ impl RigidStep {
         }
         self.take_accelerations(&ShearUnit::new(domain, cut.h), &s.bodies, histories, dt);
         self.take_displacements(s)?;
+        self.leave_out_filled(domain, s, cut)?;
         domain.clock.lap(Stage::Force);
+        Ok(())
+    }
+
+    /// Leaves what filled cells and covered sides of the box do to obstacles at rest out of the
+    /// loads on these, which are then those of the fluid on their walls. Collective.
+    fn leave_out_filled<const D: usize>(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        cut: &CutBodies<D>,
+    ) -> Result<()> {
+        self.force_of_filled = Vector3::zeros();
+        // What moves ends within the box, and the fluid in it has its inertia.
+        let rests = |body: &Body| body.is_obstacle() && !body.moves();
+        if !s.bodies.iter().any(rests) {
+            return Ok(());
+        }
+        let filled = &mut self.filled;
+        filled.resize(s.p.len(), 0.0);
+        filled.fill(0.0);
+        let solid = cut.bodies.iter().flat_map(|body| &body.solid);
+        solid.for_each(|solid| filled[solid.cell] += solid.fraction);
+        domain.boundaries.exchange(1, filled)?;
+        let Sums { filled: loads, messages, .. } = &mut self.sums;
+        let own = |k: usize| match rests(&s.bodies[k]) {
+            true => load_of_filled(cut, &domain.grid, k, &s.p, filled),
+            false => Load::default(),
+        };
+        let loads = loads.sum_for_all(&domain.session, &cut.reach, messages, own)?;
+        for (exchange, Load { force, torque }) in s.exchange.iter_mut().zip(loads) {
+            exchange.momentum -= *force;
+            exchange.pressure -= *force;
+            exchange.momentum_torque -= *torque;
+            exchange.literal_torque -= *torque;
+            self.force_of_filled += *force;
+        }
         Ok(())
     }
 

@@ -10,6 +10,7 @@ pub struct Sums {
     pub momenta: BodySums<CellMomentum>,
     pub vectors: BodySums<Vector3<f64>>,
     pub responses: BodySums<Response>,
+    pub filled: BodySums<Load>,
     pub messages: Messages,
 }
 
@@ -21,6 +22,7 @@ impl Sums {
             momenta: BodySums::with_capacity(n),
             vectors: BodySums::with_capacity(n),
             responses: BodySums::with_capacity(n),
+            filled: BodySums::with_capacity(n),
             messages: Messages::default(),
         }
     }

@@ -29,7 +29,7 @@ pub struct Request {
     pub view: View,
     /// Direction from the box to the eye of --figure solids, of any length [default: from before
     /// it, above and to the left: -0.6,-1,0.6 where z is up].
-    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub eye: Vec<f64>,
     /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name;
     /// several with commas [default: all, of more than seven by material and size].

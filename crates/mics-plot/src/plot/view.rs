@@ -21,7 +21,7 @@ pub struct View {
     pub bodies: Option<Bodies>,
     /// Show this part of the flow only: from and to along the axis to the right, then along the one
     /// up (m).
-    #[arg(long, value_name = "X0,X1,Y0,Y1", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "X0,X1,Y0,Y1", value_delimiter = ',', allow_hyphen_values = true)]
     pub window: Vec<f64>,
     /// Cut a 3D flow here, e.g. z=0.02 (m), in the layer of cells that holds it [default: the
     /// case's output.planes, or along gravity or the stream through the bodies].
@@ -29,7 +29,7 @@ pub struct View {
     pub plane: Option<Section>,
     /// The values of the first and the last colour [default: those of the flow without its
     /// outermost hundredth, of a speed thousandth].
-    #[arg(long, value_name = "LOW,HIGH", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "LOW,HIGH", value_delimiter = ',', allow_hyphen_values = true)]
     pub range: Vec<f64>,
     /// Pixels of the longer side of the flow, of all panels together in a strip [default: 1000, of
     /// a film 600].
