@@ -79,13 +79,14 @@ pub fn pressure_force<const D: usize>(
 }
 
 /// This rank's part of the pressure load on the obstacle `k` that is not that of the fluid on its
-/// walls: by cells that bodies fill wholly, `filled` is 1, whose pressure is nobody's, and through
-/// the sides of the box that it covers,
+/// walls, but of cells within the solid, whose pressure is nobody's: where faces between two cells
+/// that bodies fill (`filled` is 1) are covered in part only, since apertures do not close, and
+/// through the sides of the box that it covers,
 ///
 /// ```text
-///   sum over faces of  A m (s_b p_b - s_a p_a)     m: covered part, b and a: the cells below and
-///     + sides          A m ((1 - s_a) p_a  at low, -(1 - s_b) p_b  at high ones)      above it,
-/// ```                                                               s: 1 of a filled cell, or 0
+///   sum over faces between filled cells of  A (m - 1) (p_b - p_a)      m: covered part, b and a:
+///     + sum over sides of  A m p_a  at low, -A m p_b  at high ones     the cells below and above
+/// ```
 /// Ghosts of both fields filled.
 pub fn load_of_filled<const D: usize>(
     cut: &CutBodies<D>,
@@ -94,15 +95,13 @@ pub fn load_of_filled<const D: usize>(
     p: &[f64],
     filled: &[f64],
 ) -> Load {
-    let sealed = |cell: usize| filled[cell] > 1.0 - FILLED;
-    let inner = |cell: usize| if sealed(cell) { p[cell] } else { 0.0 };
-    let open = |cell: usize| if sealed(cell) { 0.0 } else { p[cell] };
+    let is_filled = |cell: usize| filled[cell] > 1.0 - FILLED;
     let mut load = Load::default();
     let mut add = |axis: usize, pressure: f64, part: f64, lever: &Vector3<f64>| {
         let mut force = Vector3::zeros();
         force[axis] = grid.cell_volume() / grid.h[axis] * pressure;
         load.force += part * force;
-        load.torque += lever.cross(&force);
+        load.torque += part * lever.cross(&force);
     };
     let number = cut.joined[k].iter().position(|(j, _)| *j == k).map(|number| number as u32);
     let alone = [(k, Vector3::zeros())];
@@ -113,13 +112,13 @@ pub fn load_of_filled<const D: usize>(
             let s = grid.stride[axis];
             for (n, (cut, centroids)) in faces.cuts[axis].with_centroids().enumerate() {
                 let face = cut.face as usize;
-                let of = number.map_or([1.0; 2], |number| {
-                    faces.owners[axis][n].map(|owner| f64::from(owner == number))
-                });
-                if cut.owned {
-                    let pressure = of[0] * inner(face - s) - of[1] * inner(face);
-                    let lever = centroids.lever() + cut.solid_fraction * way;
-                    add(axis, pressure, cut.solid_fraction, &lever);
+                if cut.owned && is_filled(face - s) && is_filled(face) {
+                    let [below, above] = number.map_or([1.0; 2], |number| {
+                        faces.owners[axis][n].map(|owner| f64::from(owner == number))
+                    });
+                    let pressure = below * p[face - s] - above * p[face];
+                    let lever = centroids.lever() / cut.solid_fraction + way;
+                    add(axis, pressure, cut.solid_fraction - 1.0, &lever);
                 }
             }
         }
@@ -129,8 +128,9 @@ pub fn load_of_filled<const D: usize>(
         for (cut, centroids) in cuts.with_centroids() {
             let face = cut.face as usize;
             let is_low = grid.place_of(axis, face) == grid.ghosts;
-            let pressure = if is_low { open(face) } else { -open(face - s) };
-            add(axis, pressure, cut.solid_fraction, &centroids.lever());
+            let pressure = if is_low { p[face] } else { -p[face - s] };
+            let lever = centroids.lever() / cut.solid_fraction;
+            add(axis, pressure, cut.solid_fraction, &lever);
         }
     }
     load

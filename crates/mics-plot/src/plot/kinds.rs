@@ -52,7 +52,11 @@ pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
         let mut all: Vec<Kind> = Vec::new();
         for id in ids {
             let words = |p| words(p).into_iter().flatten().collect::<Vec<_>>().join(", ");
-            let label = case.particle.get(*id).map_or_else(|| "obstacles".to_owned(), words);
+            let obstacle = || match case.obstacle.len() {
+                1 => case.called(*id),
+                _ => "obstacles".to_owned(),
+            };
+            let label = case.particle.get(*id).map_or_else(obstacle, words);
             match all.iter().position(|kind| kind.label == label) {
                 Some(at) => all[at].ids.push(*id),
                 None if all.len() > LINES => break,

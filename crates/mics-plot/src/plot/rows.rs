@@ -38,7 +38,8 @@ pub fn table(path: &Path) -> Option<csv::Reader<Take<File>>> {
 
 /// The bodies that figures of motion are of: those that are `asked` for, or else all that move.
 pub fn moving(case: &Case, asked: &[usize]) -> Vec<usize> {
-    if asked.is_empty() { movers(case).collect() } else { asked.to_vec() }
+    let particles = asked.iter().copied().filter(|id| *id < case.particle.len());
+    if asked.is_empty() { movers(case).collect() } else { particles.collect() }
 }
 
 /// The bodies that figures of forces are of: those that are `asked` for, or else all that move, all

@@ -244,7 +244,8 @@ impl Case {
         }
     }
 
-    /// The particles of a number, from 0, or of a name.
+    /// The particles of a number, from 0, or of a name, or the obstacles of a name, whose numbers
+    /// follow those of the particles.
     ///
     /// # Errors
     /// When there is none, in words.
@@ -255,9 +256,11 @@ impl Case {
                 || format!("there is no particle {id}: the case has {count}, counted from 0");
             return (id < count).then(|| vec![id]).ok_or_else(unknown);
         }
-        let named = |id: &usize| self.particle[*id].name.as_deref() == Some(wanted);
-        let ids: Vec<usize> = (0..count).filter(named).collect();
-        let known = self.particle.iter().filter_map(|p| p.name.as_deref());
+        let particles = self.particle.iter().map(|p| p.name.as_deref());
+        let names: Vec<_> =
+            particles.chain(self.obstacle.iter().map(|o| o.name.as_deref())).collect();
+        let ids: Vec<usize> = (0..names.len()).filter(|id| names[*id] == Some(wanted)).collect();
+        let known = names.iter().flatten().copied();
         if ids.is_empty() { Err(unnamed("particle", wanted, known)) } else { Ok(ids) }
     }
 
