@@ -32,7 +32,8 @@ pub struct Request {
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub eye: Vec<f64>,
     /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name, or
-    /// forces of the obstacle of a name; several with commas [default: all, of more than seven by material and size].
+    /// forces of the obstacle of a name; several with commas [default: all, of more than seven by
+    /// material and size].
     #[arg(long = "particle", value_name = "PARTICLE", value_delimiter = ',')]
     pub particles: Vec<String>,
     /// Draw forces and speeds of several runs, as of several seeds, as their mean with the area
