@@ -323,7 +323,9 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     }
     let folder = folder_of(&Request::default(), runs)?;
     let mut written = Vec::new();
-    if let (false, Some(scene)) = (planes.is_empty(), solid_scene(&run, &Request::default())?) {
+    if !planes.is_empty()
+        && let Some(scene) = solid_scene(&run, &Request::default())?
+    {
         written.extend(figure::shaded(&scene, &folder.join("solids"))?);
     }
     for (figure, drawn) in figures {

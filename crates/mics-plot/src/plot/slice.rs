@@ -149,7 +149,8 @@ fn joined(mut segments: Vec<[Point; 2]>, near: f64) -> Vec<Vec<Point>> {
     while let Some(first) = segments.pop() {
         let mut ring = VecDeque::from(first);
         while apart(ring[0], ring[ring.len() - 1]) > near {
-            let [begin, end] = [ring[0], ring[ring.len() - 1]];
+            let begin = ring[0];
+            let end = ring[ring.len() - 1];
             if let Some(k) = segments.iter().position(|[a, _]| apart(*a, end) <= near) {
                 ring.push_back(segments.swap_remove(k)[1]);
             } else if let Some(k) = segments.iter().position(|[_, b]| apart(*b, begin) <= near) {
