@@ -17,7 +17,6 @@
 //! one axis after the other; sixth-order interpolation, fifth-order transport per unit time, whose
 //! damping vanishes with the Courant number.
 
-use super::diffusion::add_laplacian;
 use crate::grid::{Grid, VectorField, simd};
 use std::ops::Range;
 
@@ -59,9 +58,10 @@ impl<const D: usize> Carrier<'_, D> {
 
 /// Scratch of [`upwind5`] from row to row: the fluxes through the low faces of the row at hand.
 pub struct Fluxes {
-    /// Along a row, and its carrier.
+    /// Along a row.
     along: Vec<f64>,
-    carrier: Vec<f64>,
+    /// The carriers of the faces along a row and of its high faces across it, if extrapolated.
+    carriers: [Vec<f64>; 3],
     /// Across rows: by component, of one row.
     rows: Vec<f64>,
     /// Across planes: by component, of one plane.
@@ -74,7 +74,7 @@ impl Fluxes {
         let n = grid.local[0];
         Fluxes {
             along: vec![0.0; n + 1],
-            carrier: vec![0.0; n + 1],
+            carriers: std::array::from_fn(|_| vec![0.0; n + 1]),
             rows: vec![0.0; D * n],
             planes: vec![0.0; if D == 3 { D * n * grid.local[1] } else { 0 }],
         }
@@ -83,7 +83,7 @@ impl Fluxes {
 
 /// Adds `weight (-div(U u) + nu laplacian(u))` to `rate`, U the face velocities of `carrier` and
 /// `nu` (m2/s) uniform; with `fresh`, puts it in place of what `rate` has. One pass over the rows,
-/// so that every field is read from memory once.
+/// a component of a row in one loop, so that every field is read from memory once.
 #[allow(clippy::too_many_arguments)]
 pub fn upwind5<const D: usize>(
     grid: &Grid<D>,
@@ -99,37 +99,51 @@ pub fn upwind5<const D: usize>(
         #[inline(always)]
         || {
             let n = grid.local[0];
-            let factor: [f64; D] = std::array::from_fn(|a| weight / grid.h[a]);
-            let Fluxes { along, carrier: values, rows, planes } = fluxes;
+            let terms = Terms::new(grid, nu, weight);
+            let Fluxes { along, carriers: [xs, ys, zs], rows, planes } = fluxes;
             for (number, row) in grid.rows().enumerate() {
-                if fresh {
-                    rate.iter_mut().for_each(|rate| rate[row.clone()].fill(0.0));
-                }
-                let carried = carrier.row(0, row.start..row.end + 1, values);
-                for (q, rate) in u.iter().zip(rate.iter_mut()) {
-                    flux_along(along, carried, &q[row.start - 3..row.end + 3]);
-                    subtract_difference(
-                        &mut rate[row.clone()],
-                        &along[..n],
-                        &along[1..],
-                        factor[0],
-                    );
-                }
                 let j = number % grid.local[1];
                 let k = number / grid.local[1];
-                for axis in 1..D {
-                    let first = if axis == 1 { j == 0 } else { k == 0 };
-                    let low =
-                        |i: usize| if axis == 1 { i * n } else { (i * grid.local[1] + j) * n };
-                    let fluxes = if axis == 1 { &mut *rows } else { &mut *planes };
-                    let lows = LowFluxes { first, at: low, fluxes: &mut fluxes[..] };
-                    let high = &mut along[..n];
-                    let way = Along { axis, stride: grid.stride[axis], factor: factor[axis] };
-                    across(carrier, &way, u, &row, values, lows, high, rate);
+                let first = row.start;
+                let [_, sy, sz] = strides(grid);
+                let low_in_plane = |i: usize| (i * grid.local[1] + j) * n;
+                if j == 0 {
+                    let carried = carrier.row(1, row.clone(), ys);
+                    for (i, q) in u.iter().enumerate() {
+                        find_fluxes(&mut rows[i * n..][..n], carried, sixfold(q, first, n, sy));
+                    }
                 }
-                if nu != 0.0 {
-                    for (q, rate) in u.iter().zip(rate.iter_mut()) {
-                        add_laplacian(grid, weight * nu, q, row.start, &mut rate[row.clone()]);
+                if D == 3 && k == 0 {
+                    let carried = carrier.row(D - 1, row.clone(), zs);
+                    for (i, q) in u.iter().enumerate() {
+                        let low = &mut planes[low_in_plane(i)..][..n];
+                        find_fluxes(low, carried, sixfold(q, first, n, sz));
+                    }
+                }
+                let x = carrier.row(0, first..row.end + 1, xs);
+                let y = carrier.row(1, first + sy..row.end + sy, ys);
+                let z = if D == 3 { carrier.row(D - 1, first + sz..row.end + sz, zs) } else { &[] };
+                for (i, (q, rate)) in u.iter().zip(rate.iter_mut()).enumerate() {
+                    find_fluxes(&mut along[..n + 1], x, sixfold(q, first, n + 1, 1));
+                    let low_z =
+                        if D == 3 { &mut planes[low_in_plane(i)..][..n] } else { &mut [][..] };
+                    let faces = RowFaces {
+                        along: &along[..n + 1],
+                        q: &q[first - 1..][..n + 2],
+                        across: [
+                            HighFaces {
+                                carrier: y,
+                                low: &mut rows[i * n..][..n],
+                                q: sixfold(q, first + sy, n, sy),
+                            },
+                            HighFaces { carrier: z, low: low_z, q: sixfold(q, first + sz, n, sz) },
+                        ],
+                    };
+                    let rate = &mut rate[row.clone()];
+                    if fresh {
+                        terms.add::<D, true>(faces, rate);
+                    } else {
+                        terms.add::<D, false>(faces, rate);
                     }
                 }
             }
@@ -137,59 +151,101 @@ pub fn upwind5<const D: usize>(
     );
 }
 
-/// An axis, its stride from cell to cell in a field, and the factor of a difference of fluxes along
-/// it in the rate of a cell.
-struct Along {
-    axis: usize,
-    stride: usize,
-    factor: f64,
-}
-
-/// The fluxes through the low faces of a row, those of a component from `at(component)` on; none
-/// yet of the first row.
-struct LowFluxes<'a, F: Fn(usize) -> usize> {
-    first: bool,
-    at: F,
-    fluxes: &'a mut [f64],
-}
-
-/// Subtracts the differences of a row's fluxes across an axis; the fluxes through its high faces
-/// take the place of those through the low ones.
-#[allow(clippy::too_many_arguments)]
+/// Strides along x, y and z; in 2D y's in place of z's.
 #[inline(always)]
-fn across<const D: usize>(
-    carrier: &Carrier<D>,
-    way: &Along,
-    u: &VectorField<D>,
-    row: &Range<usize>,
-    values: &mut [f64],
-    lows: LowFluxes<impl Fn(usize) -> usize>,
-    high: &mut [f64],
-    rate: &mut VectorField<D>,
-) {
-    let n = row.len();
-    let Along { axis, stride: s, factor } = *way;
-    let LowFluxes { first, at, fluxes } = lows;
-    if first {
-        let carried = carrier.row(axis, row.clone(), values);
-        for (i, q) in u.iter().enumerate() {
-            let low = &mut fluxes[at(i)..][..n];
-            flux_across(low, carried, sixfold(q, row.start, n, s));
+fn strides<const D: usize>(grid: &Grid<D>) -> [usize; 3] {
+    [1, grid.stride[1], grid.stride[D - 1]]
+}
+
+/// Values of a component about a row of cells, and fluxes through the faces of these.
+struct RowFaces<'a> {
+    /// The fluxes through the faces along the row.
+    along: &'a [f64],
+    /// The row with a cell more at either end.
+    q: &'a [f64],
+    /// The high faces across the row along y and z.
+    across: [HighFaces<'a>; 2],
+}
+
+/// The high faces across a row along an axis.
+struct HighFaces<'a> {
+    /// What carries through them (m/s).
+    carrier: &'a [f64],
+    /// The fluxes through the low faces, which those through the high ones replace.
+    low: &'a mut [f64],
+    /// The six rows about them.
+    q: [&'a [f64]; 6],
+}
+
+/// Factors of the terms of a rate along x, y and z: of differences of fluxes, and of sums of two
+/// neighbours in the Laplacian.
+struct Terms {
+    flux: [f64; 3],
+    neighbours: [f64; 3],
+}
+
+impl Terms {
+    #[inline(always)]
+    fn new<const D: usize>(grid: &Grid<D>, nu: f64, weight: f64) -> Terms {
+        let mut terms = Terms { flux: [0.0; 3], neighbours: [0.0; 3] };
+        for a in 0..D {
+            let h = grid.h[a];
+            terms.flux[a] = weight / h;
+            terms.neighbours[a] = weight * nu / (h * h);
+        }
+        terms
+    }
+
+    /// Adds the rates of the cells of a row, or with `FRESH` puts them in place of what is there.
+    #[inline(always)]
+    fn add<const D: usize, const FRESH: bool>(&self, faces: RowFaces, rate: &mut [f64]) {
+        let n = rate.len();
+        let [fx, fy, fz] = self.flux;
+        let [nx, ny, nz] = self.neighbours;
+        let middle = -2.0 * (nx + ny + nz);
+        let [west, east] = [&faces.along[..n], &faces.along[1..][..n]];
+        let [left, right] = [&faces.q[..n], &faces.q[2..][..n]];
+        let [y, z] = faces.across;
+        let qy = cut(y.q, n);
+        let qz = cut(z.q, n);
+        let carried_y = &y.carrier[..n];
+        let low_y = &mut y.low[..n];
+        let in_space = if D == 3 { n } else { 0 };
+        let carried_z = &z.carrier[..in_space];
+        let low_z = &mut z.low[..in_space];
+        for i in 0..n {
+            let high = upwind_flux(carried_y[i], six(&qy, i));
+            let mut sum = fx * (west[i] - east[i]) + fy * (low_y[i] - high);
+            low_y[i] = high;
+            // The row itself is the third of the six about its high faces.
+            sum += middle * qy[2][i] + nx * (left[i] + right[i]) + ny * (qy[1][i] + qy[3][i]);
+            if D == 3 {
+                let high = upwind_flux(carried_z[i], six(&qz, i));
+                sum += fz * (low_z[i] - high) + nz * (qz[1][i] + qz[3][i]);
+                low_z[i] = high;
+            }
+            rate[i] = if FRESH { sum } else { rate[i] + sum };
         }
     }
-    let carried = carrier.row(axis, row.start + s..row.end + s, values);
-    for (i, (q, rate)) in u.iter().zip(rate.iter_mut()).enumerate() {
-        flux_across(high, carried, sixfold(q, row.start + s, n, s));
-        let low = &mut fluxes[at(i)..][..n];
-        subtract_difference(&mut rate[row.clone()], low, high, factor);
-        low.copy_from_slice(high);
-    }
+}
+
+/// The values of six rows at a place.
+#[inline(always)]
+fn six(q: &[&[f64]; 6], i: usize) -> [f64; 6] {
+    [q[0][i], q[1][i], q[2][i], q[3][i], q[4][i], q[5][i]]
+}
+
+/// The same length of six rows, by which no access of a loop over it is checked.
+#[inline(always)]
+fn cut<'a>(q: [&'a [f64]; 6], n: usize) -> [&'a [f64]; 6] {
+    [&q[0][..n], &q[1][..n], &q[2][..n], &q[3][..n], &q[4][..n], &q[5][..n]]
 }
 
 /// The six rows about a row of faces that begins at `first`.
 #[inline(always)]
 fn sixfold(q: &[f64], first: usize, len: usize, stride: usize) -> [&[f64]; 6] {
-    std::array::from_fn(|k| &q[first + k * stride - 3 * stride..][..len])
+    let row = |k: usize| &q[first + k * stride - 3 * stride..][..len];
+    [row(0), row(1), row(2), row(3), row(4), row(5)]
 }
 
 #[inline(always)]
@@ -200,26 +256,12 @@ fn extrapolate(to: &mut [f64], now: &[f64], before: &[f64], ahead: f64) {
 }
 
 #[inline(always)]
-fn flux_along(flux: &mut [f64], carrier: &[f64], q: &[f64]) {
-    let n = flux.len();
-    let cells: [&[f64]; 6] = std::array::from_fn(|k| &q[k..k + n]);
-    flux_across(flux, carrier, cells);
-}
-
-#[inline(always)]
-fn flux_across(flux: &mut [f64], carrier: &[f64], q: [&[f64]; 6]) {
+fn find_fluxes(flux: &mut [f64], carrier: &[f64], q: [&[f64]; 6]) {
     let n = flux.len();
     let carrier = &carrier[..n];
-    let q = q.map(|q| &q[..n]);
+    let q = cut(q, n);
     for i in 0..n {
-        flux[i] = upwind_flux(carrier[i], [q[0][i], q[1][i], q[2][i], q[3][i], q[4][i], q[5][i]]);
-    }
-}
-
-#[inline(always)]
-fn subtract_difference(rate: &mut [f64], low: &[f64], high: &[f64], factor: f64) {
-    for ((r, l), h) in rate.iter_mut().zip(low).zip(high) {
-        *r -= factor * (h - l);
+        flux[i] = upwind_flux(carrier[i], six(&q, i));
     }
 }
 

@@ -28,12 +28,15 @@ pub fn laplacian<const D: usize>(
         #[inline(always)]
         || {
             for row in grid.rows() {
+                let value = laplacian_at(grid, &inverse_h2, middle, q, row.start);
                 match density {
                     Coefficient::Uniform(rho) => {
-                        add_laplacian(grid, weight * mu / rho, q, row.start, &mut rate[row.clone()])
+                        let factor = weight * mu / rho;
+                        for (i, r) in rate[row].iter_mut().enumerate() {
+                            *r += factor * value(i);
+                        }
                     }
                     Coefficient::Field(rho) => {
-                        let value = laplacian_at(grid, &inverse_h2, middle, q, row.start);
                         for ((i, r), rho) in rate[row.clone()].iter_mut().enumerate().zip(&rho[row])
                         {
                             *r += weight * mu / rho * value(i);
@@ -43,22 +46,6 @@ pub fn laplacian<const D: usize>(
             }
         },
     );
-}
-
-/// Adds `factor laplacian(q)` to the rates of a row whose first cell is `first`.
-#[inline(always)]
-pub(super) fn add_laplacian<const D: usize>(
-    grid: &Grid<D>,
-    factor: f64,
-    q: &[f64],
-    first: usize,
-    rate: &mut [f64],
-) {
-    let (inverse_h2, middle) = weights(grid);
-    let value = laplacian_at(grid, &inverse_h2, middle, q, first);
-    for (i, r) in rate.iter_mut().enumerate() {
-        *r += factor * value(i);
-    }
 }
 
 fn weights<const D: usize>(grid: &Grid<D>) -> ([f64; D], f64) {
