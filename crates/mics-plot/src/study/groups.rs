@@ -30,8 +30,8 @@ fn labels<'a>(study: &'a Study, rows: &[usize], column: usize) -> Vec<&'a str> {
 }
 
 impl Group {
-    /// The figures of a study. Along a curve the numeric column with most labels changes, or else
-    /// the first; all other columns that change tell one curve from another, but for those that
+    /// The figures of a study. Along a curve the numeric column with most labels changes, not
+    /// the one across if there is another, or else the first; all other columns that change tell one curve from another, but for those that
     /// are summed up. Where that makes too many curves, each label of the first has figures of its
     /// own.
     pub fn all(study: &Study) -> Vec<Group> {
@@ -40,11 +40,13 @@ impl Group {
         let varied = (0..study.names.len()).filter(|column| count(column) > 1);
         let varied = varied.filter(|column| !study.over.contains(&study.names[*column]));
         let mut varied: Vec<usize> = varied.collect();
-        let heads = |column: &usize| Some(&study.names[*column]) == study.across.as_ref();
+        let rank = |column: &usize| {
+            let tells_apart = Some(&study.names[*column]) == study.across.as_ref();
+            (!tells_apart, count(column))
+        };
         let along = varied.iter().copied().filter(|column| study.is_numeric(*column));
-        let along = along.filter(|column| varied.len() == 1 || !heads(column));
         // Of several with as many labels the first, which `max_by_key` meets last.
-        let along = along.rev().max_by_key(count).or(varied.first().copied());
+        let along = along.rev().max_by_key(rank).or(varied.first().copied());
         varied.retain(|column| Some(*column) != along);
         divided(study, rows, &varied, along, &[])
     }

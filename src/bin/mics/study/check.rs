@@ -1,6 +1,6 @@
 //! A study file is read, and what can be wrong with it before any case is.
 
-use super::file::{Axis, Label, Place, Quick, Reference, Study, fault};
+use super::file::{Axis, Choice, Label, Place, Quick, Reference, Study, fault};
 use super::table::own_columns;
 use mics_run::Result;
 use mics_run::config::{Check, Text, suggest};
@@ -63,7 +63,7 @@ fn check(study: &Study) -> Check {
     }
     for (name, kept) in &study.quick.keep {
         for (index, label) in kept.iter().enumerate() {
-            check_label(study, format!("quick.keep.{name}"), Some(index), name, label)?;
+            check_label(study, format!("quick.keep.{name}.{index}"), name, label)?;
         }
     }
     let places = study.reference.iter().filter_map(|(measure, reference)| match reference {
@@ -73,7 +73,7 @@ fn check(study: &Study) -> Check {
     for (key, place) in places {
         check_place(&key, place)?;
         for (name, label) in &place.run {
-            check_label(study, format!("{key}.run.{name}"), None, name, label)?;
+            check_label(study, format!("{key}.run.{name}"), name, label)?;
         }
     }
     Ok(())
@@ -96,9 +96,8 @@ fn check_top(study: &Study) -> Check {
     overrides("set", &study.set)?;
     overrides("quick.set", &study.quick.set)?;
     study.across.iter().try_for_each(|name| known_column(study, "across".into(), name))?;
-    let over = study.over.iter().enumerate();
-    over.into_iter()
-        .try_for_each(|(index, name)| known_column(study, format!("over.{index}"), name))
+    let mut over = study.over.iter().enumerate();
+    over.try_for_each(|(index, name)| known_column(study, format!("over.{index}"), name))
 }
 
 fn check_axis(key: &str, axis: &Axis) -> Check {
@@ -119,24 +118,19 @@ fn check_axis(key: &str, axis: &Axis) -> Check {
     if let Some(message) = message {
         return Err(fault(key, message));
     }
-    let list = if axis.key.is_some() { "values" } else { "choices" };
     let mut seen = BTreeSet::new();
-    for (index, Label(label)) in axis.labels().into_iter().enumerate() {
-        let at = format!("{key}.{list}.{index}");
-        if label.is_empty() {
+    for (index, Choice { label, set }) in axis.all().into_iter().enumerate() {
+        let at = format!("{key}.{}.{index}", axis.list());
+        if label.0.is_empty() {
             return Err(fault(at, "its label is empty"));
         }
-        if !seen.insert(label.clone()) {
-            return Err(fault(at, format!("`{label}` is there twice")));
+        if seen.contains(&label.0) {
+            return Err(fault(at, format!("`{}` is there twice", label.0)));
         }
+        overrides(&at, &set)?;
+        seen.insert(label.0);
     }
-    let values = axis.values.iter().enumerate();
-    for (index, value) in values {
-        let of_key = axis.key.iter().map(|key| (key.clone(), value.clone())).collect();
-        overrides(&format!("{key}.values.{index}"), &of_key)?;
-    }
-    let mut choices = axis.choices.iter().enumerate();
-    choices.try_for_each(|(index, c)| overrides(&format!("{key}.choices.{index}.set"), &c.set))
+    Ok(())
 }
 
 /// A name must be that of a label column.
@@ -153,18 +147,18 @@ fn known_column(study: &Study, key: String, name: &String) -> Check {
 }
 
 /// A label must be one of the column `name`, so that a typing error does not empty the study.
-fn check_label(study: &Study, key: String, at: Option<usize>, name: &String, l: &Label) -> Check {
+fn check_label(study: &Study, key: String, name: &String, wanted: &Label) -> Check {
     known_column(study, key.clone(), name)?;
-    let of_axes = study.axis.iter().filter(|axis| axis.name == *name).flat_map(Axis::labels);
-    let of_rows = study.row.iter().filter_map(|row| row.labels.get(name)).cloned();
-    let known: Vec<Label> = of_axes.chain(of_rows).collect();
-    if known.contains(l) {
+    let axis = study.axis.iter().find(|axis| axis.name == *name);
+    let of_axis = axis.into_iter().flat_map(|axis| axis.all()).map(|choice| choice.label.0);
+    let of_rows = study.row.iter().filter_map(|row| row.labels.get(name)).map(|l| l.0.clone());
+    let known: BTreeSet<String> = of_axis.chain(of_rows).collect();
+    if known.contains(&wanted.0) {
         return Ok(());
     }
-    let known: BTreeSet<&str> = known.iter().map(|label| label.0.as_str()).collect();
-    let known: Vec<&str> = known.into_iter().collect();
-    let key = at.map_or(key.clone(), |index| format!("{key}.{index}"));
-    Err(fault(key, format!("`{name}` has no `{}`; {}", l.0, suggest(&l.0, &known))))
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let message = format!("`{name}` has no `{}`; {}", wanted.0, suggest(&wanted.0, &known));
+    Err(fault(key, message))
 }
 
 /// Checks that a place of references says one thing, and all of it.

@@ -176,6 +176,7 @@ pub fn run(run: &Planned, folder: &Path, name: &str, bounds: &Bounds) -> Result<
     let message = match (status, words.as_str()) {
         ("done", _) => notes(&summary),
         ("too slow", _) => too_slow(folder, bounds.limit.unwrap_or_default()),
+        ("interrupted", _) => "asked to stop".into(),
         (_, "") => format!("it ended with {} and said nothing", ended.status),
         _ => words,
     };

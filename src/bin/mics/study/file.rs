@@ -196,9 +196,17 @@ impl Study {
 }
 
 impl Axis {
-    /// Labels in its column, value by value and choice by choice.
-    pub fn labels(&self) -> Vec<Label> {
-        let choices = self.choices.iter().map(|choice| choice.label.clone());
-        self.values.iter().map(Label::of).chain(choices).collect()
+    /// What is chosen from, its values too.
+    pub fn all(&self) -> Vec<Choice> {
+        let of_key = |value: &Value| Choice {
+            label: Label::of(value),
+            set: self.key.iter().map(|key| (key.clone(), value.clone())).collect(),
+        };
+        self.values.iter().map(of_key).chain(self.choices.iter().cloned()).collect()
+    }
+
+    /// The key that has the choices.
+    pub fn list(&self) -> &'static str {
+        if self.key.is_some() { "values" } else { "choices" }
     }
 }

@@ -1,6 +1,6 @@
 //! The runs of a study: the product of its axes and its listed rows, every case read and checked.
 
-use super::file::{Label, Study, fault};
+use super::file::{Axis, Choice, Listed, Study, fault};
 use super::reference::{Compared, references};
 use super::table::number_columns;
 use mics::scene::read_case;
@@ -74,15 +74,6 @@ struct Draft {
 }
 
 impl Draft {
-    fn new<'a>(
-        labels: impl Iterator<Item = (&'a String, Label)>,
-        set: impl IntoIterator<Item = (String, Value)>,
-        source: String,
-    ) -> Draft {
-        let labels = labels.map(|(name, label)| (name.clone(), label.0)).collect();
-        Draft { labels, set: set.into_iter().collect(), sources: vec![source] }
-    }
-
     fn with(&self, other: &Draft) -> Draft {
         let mut both = self.clone();
         both.labels.extend(other.labels.clone());
@@ -94,18 +85,13 @@ impl Draft {
 
 /// The choices of each axis, as drafts.
 fn choices(study: &Study) -> Vec<Vec<Draft>> {
-    let of = |(index, axis): (usize, &super::file::Axis)| {
-        let values = axis.values.iter().enumerate().map(|(k, value)| {
-            let set = axis.key.iter().map(|key| (key.clone(), value.clone())).collect();
-            (set, format!("axis.{index}.values.{k}"))
-        });
-        let choices = axis.choices.iter().enumerate().map(|(k, choice)| {
-            let set: Vec<_> = choice.set.clone().into_iter().collect();
-            (set, format!("axis.{index}.choices.{k}"))
-        });
-        let all = values.chain(choices).zip(axis.labels());
-        all.map(|((set, source), label)| Draft::new([(&axis.name, label)].into_iter(), set, source))
-            .collect()
+    let of = |(index, axis): (usize, &Axis)| {
+        let draft = |(k, Choice { label, set }): (usize, Choice)| Draft {
+            labels: [(axis.name.clone(), label.0)].into(),
+            set: set.into_iter().collect(),
+            sources: vec![format!("axis.{index}.{}.{k}", axis.list())],
+        };
+        axis.all().into_iter().enumerate().map(draft).collect()
     };
     study.axis.iter().enumerate().map(of).collect()
 }
@@ -121,14 +107,15 @@ fn drafts(study: &Study) -> Vec<Draft> {
     let axes = choices(study);
     let all = || study.axis.iter().zip(&axes);
     let rows = study.row.iter().enumerate().flat_map(|(index, row)| {
-        let labels = row.labels.iter().map(|(name, label)| (name, label.clone()));
-        let own = Draft::new(labels, row.set.clone(), format!("row.{index}"));
+        let own = Draft {
+            labels: row.labels.iter().map(|(name, l)| (name.clone(), l.0.clone())).collect(),
+            set: row.set.clone().into_iter().collect(),
+            sources: vec![format!("row.{index}")],
+        };
         let others = all().filter(|(axis, _)| !row.labels.contains_key(&axis.name));
         others.fold(vec![own], |drafts, (_, choices)| product(drafts, choices))
     });
-    let labelled = |row: &super::file::Listed| {
-        study.axis.iter().any(|axis| row.labels.contains_key(&axis.name))
-    };
+    let labelled = |row: &Listed| study.axis.iter().any(|axis| row.labels.contains_key(&axis.name));
     let mut drafts = Vec::new();
     if study.row.is_empty() || study.row.iter().any(labelled) {
         drafts =

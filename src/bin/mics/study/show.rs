@@ -127,7 +127,7 @@ fn of_all(study: &Study, table: &Table, kept: &[usize]) -> String {
     let summed = !study.over.is_empty();
     let mut top: Vec<String> = kept.iter().map(|at| table.names[*at].clone()).collect();
     top.extend(summed.then(|| "runs".into()));
-    top.extend(columns.iter().map(|column| with_unit(table, column)));
+    top.extend(columns.iter().map(|column| head(column).to_owned()));
     top.push("status".into());
     let of_line = |line: Line| {
         let mut cells: Vec<String> = line.labels.iter().map(|label| label.to_string()).collect();
@@ -171,12 +171,12 @@ fn all_across(study: &Study, table: &Table, kept: &[usize], across: &str) -> Str
             .into_iter()
             .filter(|line| line.runs.iter().any(|row| !row.run.labels[at].is_empty()));
         let rows: Vec<Vec<String>> = [top].into_iter().chain(lines.map(of_line)).collect();
-        format!("{}:\n\n{}", with_unit(table, column), markdown(rows))
+        format!("{}:\n\n{}", head(column), markdown(rows))
     };
     shown(study, table, false).into_iter().map(one).collect::<Vec<_>>().join("\n")
 }
 
-/// A column as heads and axes have it, with its unit.
+/// A column as axes of figures have it, with its unit.
 pub fn with_unit(table: &Table, column: &str) -> String {
     match table.units.get(column).filter(|unit| !unit.is_empty()) {
         Some(unit) => format!("{column} ({unit})"),

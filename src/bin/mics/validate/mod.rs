@@ -75,8 +75,7 @@ pub fn validate(request: &Request) -> Result<()> {
     let text = Text::new(&out.join("cases/validate.study.toml"), STUDY);
     let study = chosen(request, &text)?;
     may_start("mics validate", out)?;
-    let files = study.row.iter().filter_map(|row| row.set.get("case")?.as_str());
-    write(out, files)?;
+    write(out, &study)?;
     let plan = Plan::new(&study, &text)?;
     let say = if *markdown { complain } else { print };
     let runner =
@@ -129,17 +128,24 @@ fn chosen(request: &Request, text: &Text) -> Result<study::Study> {
             names => names.iter().any(|name| own.0.starts_with(name)),
         }
     });
+    // The case of the study is read even where no row has it.
+    study.case = study.row.first().map_or("", case).into();
     if !request.petsc.is_empty() {
         study.set.insert("petsc.options".into(), Value::String(request.petsc.join(" ")));
     }
     Ok(study)
 }
 
-/// Writes the study and these files of the shipped cases into the folder of the runs.
-fn write<'a>(out: &Path, files: impl Iterator<Item = &'a str>) -> Result<()> {
+/// The case file of a row of the study.
+fn case(row: &study::Listed) -> &str {
+    row.set.get("case").and_then(Value::as_str).unwrap_or_default()
+}
+
+/// Writes the study and its cases into the folder of the runs.
+fn write(out: &Path, study: &study::Study) -> Result<()> {
     fs::create_dir_all(out).map_err(Error::io(out))?;
     replace(&out.join(COPY), STUDY.as_bytes())?;
-    for file in files {
+    for file in study.row.iter().map(case) {
         let path = out.join("cases").join(file);
         let folder = path.parent().unwrap_or(out);
         fs::create_dir_all(folder).map_err(Error::io(folder))?;
@@ -218,8 +224,7 @@ mod tests {
 
         let full = Request { full: true, ..Request::default() };
         let study = chosen(&full, &text).unwrap();
-        let files = study.row.iter().map(|row| row.set["case"].as_str().unwrap());
-        write(folder.path(), files).unwrap();
+        write(folder.path(), &study).unwrap();
         for run in Plan::new(&study, &text).unwrap().runs {
             let case = run.loaded.unwrap_or_else(|refusal| panic!("{}: {}", run.id, refusal.why));
             let mut with = case.measure.iter().filter(|m| m.reference.is_some()).peekable();
