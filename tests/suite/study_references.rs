@@ -76,7 +76,7 @@ fn wrong_study_reference_is_refused() {
     for (from, to, line, says) in [
         ("row = { re =", "row = { rey =", 23, "has no column `rey`; did you mean `re`?"),
         ("row = { re = \"Re\" }", "row = { re = \"re\" }", 23, "0 rows of"),
-        ("row = { re = \"Re\" }", "run = { Re = 40 }", 20, "drop one"),
+        ("row = { re = \"Re\" }", "run = { Re = 40 }", 23, "drop one"),
         (
             "over = [\"place\"]",
             "over = [\"plaec\"]",

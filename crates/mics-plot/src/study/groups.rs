@@ -30,10 +30,10 @@ fn labels<'a>(study: &'a Study, rows: &[usize], column: usize) -> Vec<&'a str> {
 }
 
 impl Group {
-    /// The figures of a study. Along a curve the numeric column with most labels changes, not
-    /// the one across if there is another, or else the first; all other columns that change tell one curve from another, but for those that
-    /// are summed up. Where that makes too many curves, each label of the first has figures of its
-    /// own.
+    /// The figures of a study. Along a curve the numeric column with most labels changes, not the
+    /// one across if there is another, or else the first; all other columns that change tell one
+    /// curve from another, but for those that are summed up. Where that makes too many curves, each
+    /// label of the first has figures of its own.
     pub fn all(study: &Study) -> Vec<Group> {
         let rows: Vec<usize> = (0..study.rows.len()).collect();
         let count = |column: &usize| labels(study, &rows, *column).len();

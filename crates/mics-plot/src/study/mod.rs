@@ -94,7 +94,7 @@ impl Study {
 pub fn draw(study: &Study, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut written = Vec::new();
     for group in Group::all(study) {
-        let title = [&[study.title.clone()], &group.title[..]].concat().join(", ");
+        let title = [std::slice::from_ref(&study.title), &group.title].concat().join(", ");
         let ending: String =
             group.title.iter().map(|label| format!("_{}", file_name(label))).collect();
         for quantity in &study.quantities {

@@ -1,6 +1,6 @@
 //! A study file is read, and what can be wrong with it before any case is.
 
-use super::file::{Axis, Choice, Label, Place, Quick, Reference, Study, fault};
+use super::file::{Axis, Choice, Label, Quick, Reference, Study, fault};
 use super::table::own_columns;
 use mics_run::Result;
 use mics_run::config::{Check, Text, suggest};
@@ -66,14 +66,10 @@ fn check(study: &Study) -> Check {
             check_label(study, format!("quick.keep.{name}.{index}"), name, label)?;
         }
     }
-    let places = study.reference.iter().filter_map(|(measure, reference)| match reference {
-        Reference::Place(place) => Some((format!("reference.{measure}"), place)),
-        Reference::Value(_) => None,
-    });
-    for (key, place) in places {
-        check_place(&key, place)?;
+    for (measure, reference) in &study.reference {
+        let Reference::Place(place) = reference else { continue };
         for (name, label) in &place.run {
-            check_label(study, format!("{key}.run.{name}"), name, label)?;
+            check_label(study, format!("reference.{measure}.run.{name}"), name, label)?;
         }
     }
     Ok(())
@@ -104,16 +100,9 @@ fn check_axis(key: &str, axis: &Axis) -> Check {
     column_name(&format!("{key}.name"), &axis.name)?;
     let message = match (&axis.key, axis.values.is_empty(), axis.choices.is_empty()) {
         (Some(_), false, true) | (None, true, false) => None,
-        (Some(_), _, false) => {
-            Some("an axis has either `key` with `values`, or `choices`; drop one")
-        }
-        (Some(_), true, true) => {
-            Some("lacks its `values`: a list of what the key takes, one after another")
-        }
         (None, false, _) => Some("lacks the `key` that takes its values, as in key = \"time.cfl\""),
-        (None, true, true) => {
-            Some("lacks `key` and `values`, or `choices = [ { label = ..., set = ... }, ... ]`")
-        }
+        (Some(_), true, true) => Some("lacks its `values`, as in values = [0.2, 0.4]"),
+        _ => Some("wants `key` and `values`, or choices = [{ label = ..., set = ... }, ...]"),
     };
     if let Some(message) = message {
         return Err(fault(key, message));
@@ -159,23 +148,6 @@ fn check_label(study: &Study, key: String, name: &String, wanted: &Label) -> Che
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
     let message = format!("`{name}` has no `{}`; {}", wanted.0, suggest(&wanted.0, &known));
     Err(fault(key, message))
-}
-
-/// Checks that a place of references says one thing, and all of it.
-fn check_place(key: &str, place: &Place) -> Check {
-    let in_file = place.file.is_some() || place.column.is_some() || !place.row.is_empty();
-    match (&place.file, &place.column) {
-        _ if in_file && !place.run.is_empty() => {
-            Err(fault(key, "has both `run` and a place in a file; drop one"))
-        }
-        (Some(_), Some(_)) => Ok(()),
-        _ if !place.run.is_empty() => Ok(()),
-        _ => Err(fault(
-            key,
-            "wants `file` and `column` (and `row`, as in row = { re = 100 }), or `run` (as in \
-            run = { solver = \"tight\" })",
-        )),
-    }
 }
 
 /// A label column's name must be one, and not one of the table's own.

@@ -64,7 +64,7 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// Signals that ask a run to end, one after another: to stop after its step, to stop at once, and
-/// one that leaves no choice; mpirun hands the first on to its ranks, and ends them with the second.
+/// one that leaves no choice; mpirun hands on the first, and ends its ranks with the second.
 const ENDINGS: [Signal; 3] = [Signal::USR1, Signal::TERM, Signal::KILL];
 /// Time that each of them is given.
 const GRACE: Duration = Duration::from_secs(3);

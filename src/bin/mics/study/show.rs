@@ -82,21 +82,20 @@ fn ending(runs: &[&Row]) -> String {
 }
 
 /// A Markdown table whose columns are as wide as their widest cells.
-pub fn markdown(mut rows: Vec<Vec<String>>) -> String {
-    for cell in rows.iter_mut().flatten() {
-        *cell = cell.replace('|', "\\|").replace('\n', " ");
-    }
-    let columns = rows.first().map_or(0, Vec::len);
-    let width = |at: usize| rows.iter().map(|row| row[at].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let line = |row: &Vec<String>| {
-        let cells = row.iter().zip(&widths).map(|(cell, width)| format!(" {cell:<width$} |"));
+pub fn markdown(head: &[&str], rows: Vec<Vec<String>>) -> String {
+    let plain = |cell: &String| cell.replace('|', "\\|").replace('\n', " ");
+    let head = head.iter().map(|name| name.to_string()).collect();
+    let lines: Vec<Vec<String>> =
+        [head].iter().chain(&rows).map(|row| row.iter().map(plain).collect()).collect();
+    let width = |at: usize| lines.iter().map(|cells| cells[at].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..lines[0].len()).map(width).collect();
+    let line = |cells: &Vec<String>| {
+        let cells = cells.iter().zip(&widths).map(|(cell, width)| format!(" {cell:<width$} |"));
         format!("|{}\n", cells.collect::<String>())
     };
-    let rule = widths.iter().map(|width| "-".repeat(width + 2) + "|").collect::<String>();
-    let mut lines = rows.iter().map(line);
-    let head = lines.next().unwrap_or_default();
-    format!("{head}|{rule}\n{}", lines.collect::<String>())
+    let rule: String = widths.iter().map(|width| "-".repeat(width + 2) + "|").collect();
+    let below: String = lines[1..].iter().map(line).collect();
+    format!("{}|{rule}\n{below}", line(&lines[0]))
 }
 
 /// The columns that tables and figures show: those that the study names, or the measures and, in a
@@ -125,10 +124,10 @@ pub fn tables(study: &Study, table: &Table) -> String {
 fn of_all(study: &Study, table: &Table, kept: &[usize]) -> String {
     let columns = shown(study, table, true);
     let summed = !study.over.is_empty();
-    let mut top: Vec<String> = kept.iter().map(|at| table.names[*at].clone()).collect();
-    top.extend(summed.then(|| "runs".into()));
-    top.extend(columns.iter().map(|column| head(column).to_owned()));
-    top.push("status".into());
+    let mut top: Vec<&str> = kept.iter().map(|at| table.names[*at].as_str()).collect();
+    top.extend(summed.then_some("runs"));
+    top.extend(columns.iter().map(|column| head(column)));
+    top.push("status");
     let of_line = |line: Line| {
         let mut cells: Vec<String> = line.labels.iter().map(|label| label.to_string()).collect();
         cells.extend(summed.then(|| line.runs.len().to_string()));
@@ -136,7 +135,7 @@ fn of_all(study: &Study, table: &Table, kept: &[usize]) -> String {
         cells.push(ending(&line.runs));
         cells
     };
-    markdown([top].into_iter().chain(lines(table, kept).into_iter().map(of_line)).collect())
+    markdown(&top, lines(table, kept).into_iter().map(of_line).collect())
 }
 
 /// Each quantity in a table of its own: a line for what else is varied, a column for each label of
@@ -152,26 +151,26 @@ fn all_across(study: &Study, table: &Table, kept: &[usize], across: &str) -> Str
         }
     }
     let others: Vec<usize> = kept.iter().copied().filter(|other| *other != at).collect();
+    let heads: Vec<String> = labels.iter().map(|label| format!("{across} = {label}")).collect();
+    let names = others.iter().map(|other| &table.names[*other]);
+    let top: Vec<&str> = names.chain(&heads).map(String::as_str).collect();
     let one = |column: &str| {
-        let top = others.iter().map(|other| table.names[*other].clone());
-        let top = top.chain(labels.iter().map(|label| format!("{across} = {label}"))).collect();
+        let of_label = |line: &Line, label: &str| {
+            let runs = line.runs.iter().filter(|row| row.run.labels[at] == label);
+            let runs: Vec<&Row> = runs.copied().collect();
+            match runs.iter().find(|row| row.status != "done") {
+                Some(row) => row.status.to_owned(),
+                None => cell(table, column, &runs),
+            }
+        };
         let of_line = |line: Line| {
             let names = line.labels.iter().map(|label| label.to_string());
-            let numbers = labels.iter().map(|label| {
-                let of_label = line.runs.iter().filter(|row| row.run.labels[at] == *label);
-                let runs: Vec<&Row> = of_label.copied().collect();
-                match runs.iter().find(|row| row.status != "done") {
-                    Some(row) => row.status.to_owned(),
-                    None => cell(table, column, &runs),
-                }
-            });
-            names.chain(numbers).collect()
+            names.chain(labels.iter().map(|label| of_label(&line, label))).collect()
         };
-        let lines = lines(table, &others)
-            .into_iter()
-            .filter(|line| line.runs.iter().any(|row| !row.run.labels[at].is_empty()));
-        let rows: Vec<Vec<String>> = [top].into_iter().chain(lines.map(of_line)).collect();
-        format!("{}:\n\n{}", head(column), markdown(rows))
+        let mut lines = lines(table, &others);
+        lines.retain(|line| line.runs.iter().any(|row| !row.run.labels[at].is_empty()));
+        let rows = lines.into_iter().map(of_line).collect();
+        format!("{}:\n\n{}", head(column), markdown(&top, rows))
     };
     shown(study, table, false).into_iter().map(one).collect::<Vec<_>>().join("\n")
 }
@@ -198,8 +197,8 @@ mod tests {
 
     #[test]
     fn tables_are_as_wide_as_their_cells() {
-        let rows = [["Re", "drag"], ["100", "a|b"]].map(|row| row.map(str::to_owned).to_vec());
+        let row = ["100", "a|b"].map(str::to_owned).to_vec();
         let lines = "| Re  | drag |\n|-----|------|\n| 100 | a\\|b |\n";
-        assert_eq!(markdown(rows.to_vec()), lines);
+        assert_eq!(markdown(&["Re", "drag"], vec![row]), lines);
     }
 }

@@ -7,10 +7,9 @@ use mics_plot::study::{Row as Numbers, Target};
 use std::collections::BTreeMap;
 
 /// The columns of numbers besides measures, each with its head in tables and figures.
-const NUMBERS: [(&str, &str); 19] = [
+const NUMBERS: [(&str, &str); 18] = [
     ("repeats", "repeats"),
     ("cpu_seconds", "CPU time (s)"),
-    ("cpu_spread", "CPU spread"),
     ("wall_seconds", "wall-clock time (s)"),
     ("us_per_cell_step", "time per cell and step (us)"),
     ("cpu_us_per_cell_step", "CPU time per cell and step (us)"),
@@ -30,7 +29,7 @@ const NUMBERS: [(&str, &str); 19] = [
 ];
 
 /// The last columns of `study.csv`, which are texts.
-const TEXTS: [&str; 5] = ["status", "commit", "set", "folder", "message"];
+const TEXTS: [&str; 5] = ["status", "message", "commit", "set", "folder"];
 
 /// Names of the columns of numbers besides measures.
 pub fn number_columns() -> Vec<&'static str> {
@@ -74,9 +73,8 @@ pub struct Row {
     pub status: &'static str,
     /// Why it is not done, or what is to be said of one that is.
     pub message: String,
-    set: String,
-    folder: String,
-    commit: String,
+    /// The other texts of [`TEXTS`].
+    texts: [String; 3],
 }
 
 /// The median; `None` of nothing.
@@ -103,14 +101,6 @@ impl Repeats<'_> {
         median(self.0.iter().filter_map(|outcome| of(&outcome.summary)).collect())
     }
 
-    /// The range of the CPU time over its median.
-    fn cpu_spread(&self) -> Option<f64> {
-        let all = self.0.iter().filter_map(|outcome| outcome.summary["cpu_seconds"].as_f64());
-        let low = all.clone().fold(f64::INFINITY, f64::min);
-        let high = all.clone().fold(0.0, f64::max);
-        Some((high - low) / median(all.collect())?)
-    }
-
     /// A column of numbers.
     fn number(&self, column: &str) -> Option<f64> {
         let of = |name: &str| self.median(|summary| summary[name].as_f64());
@@ -122,7 +112,6 @@ impl Repeats<'_> {
         let cell_steps = || Some(1e-6 * of("cells")? * steps?);
         match column {
             "repeats" => Some(self.0.len() as f64),
-            "cpu_spread" => self.cpu_spread(),
             "us_per_cell_step" => self.median(per_cell_step),
             "cpu_us_per_cell_step" => part("cpu_seconds", cell_steps()),
             "pressure_cpu_us_per_cell_step" => part("pressure_cpu_seconds", cell_steps()),
@@ -150,14 +139,13 @@ impl Row {
             let value = done.median(|summary| summary["measures"][name].as_f64());
             numbers.extend(value.map(|value| (name.clone(), value)));
         }
+        let commit = outcomes.last().map_or(String::new(), |outcome| outcome.commit.clone());
         let otherwise = if done.0.is_empty() { "waiting" } else { "done" };
         Row {
             run: Numbers { labels: run.labels.clone(), numbers },
             status: broken.map_or(otherwise, |outcome| outcome.status),
             message: remarked.map_or(String::new(), |outcome| outcome.message.clone()),
-            set: run.set.join("; "),
-            folder: format!("runs/{}", run.id),
-            commit: outcomes.last().map_or(String::new(), |outcome| outcome.commit.clone()),
+            texts: [commit, run.set.join("; "), format!("runs/{}", run.id)],
         }
     }
 }
@@ -210,9 +198,8 @@ impl Table {
                 None => String::new(),
             };
             let numbers: Vec<String> = numbers.iter().map(cell).collect();
-            let status = row.status.to_owned();
-            let texts = [&row.commit, &row.set, &row.folder, &row.message].map(String::clone);
-            [&row.run.labels[..], &numbers, &[status], &texts].concat()
+            let end = [row.status.to_owned(), row.message.clone()];
+            [&row.run.labels[..], &numbers, &end, &row.texts].concat()
         };
         let mut writer = csv::Writer::from_writer(Vec::new());
         // Writing to memory cannot fail, and all records have the head's length.

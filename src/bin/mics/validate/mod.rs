@@ -80,20 +80,17 @@ pub fn validate(request: &Request) -> Result<()> {
     let say = if *markdown { complain } else { print };
     let runner =
         Runner { plan: &plan, folder: out, repeats: 1, limit_seconds: None, force: *force, say };
-    runner.go(&|_| Ok(()))?;
+    let outcomes = runner.go(&|_| Ok(()))?;
     let mut found = Found::default();
-    for run in &plan.runs {
-        let summary = runner.place(run, 0);
-        match Summary::read(&summary) {
-            Ok(summary) if summary.status == "done" => {
-                found.take(&run.labels[0], &summary, page.as_ref());
-            }
-            _ => found.failed.push(run.labels[0].clone()),
+    for (run, ends) in plan.runs.iter().zip(&outcomes) {
+        let case = &run.labels[0];
+        let done = ends.iter().find(|outcome| outcome.status == "done");
+        match done.and_then(|outcome| serde_json::from_value(outcome.summary.clone()).ok()) {
+            Some(summary) => found.take(case, &summary, page.as_ref()),
+            None => found.failed.push(case.clone()),
         }
     }
-    let table = study::markdown(
-        [page::COLUMNS.map(str::to_owned).to_vec()].into_iter().chain(found.rows.clone()).collect(),
-    );
+    let table = study::markdown(&page::COLUMNS, found.rows.clone());
     if *markdown {
         print(&page::page(request, &table, &found))?;
     } else {

@@ -51,8 +51,7 @@ fn sources(found: &Found) -> String {
         vec![of_one[0].0.clone(), measures.join(", "), of_one[0].2.clone()]
     };
     let rows = found.sources.chunk_by(|a, b| (&a.0, &a.2) == (&b.0, &b.2)).map(row);
-    let head = ["case", "measures", "source"].map(str::to_owned).to_vec();
-    markdown([head].into_iter().chain(rows).collect()).trim_end().to_owned()
+    markdown(&["case", "measures", "source"], rows.collect()).trim_end().to_owned()
 }
 
 /// A row of the table.
@@ -158,8 +157,7 @@ mod tests {
         let run: Summary =
             serde_json::from_str("{\"steps\": 420, \"wall_seconds\": 1.25}").unwrap();
         let rows = values.iter().map(|(measure, c)| row("disc N 8", measure, c, &run));
-        let head = COLUMNS.map(str::to_owned).to_vec();
-        let table = markdown([head].into_iter().chain(rows).collect());
+        let table = markdown(&COLUMNS, rows.collect());
         let text = super::page(&Request::default(), &table, &Found::default());
         let file = folder.join("accuracy.md");
         fs::write(&file, text).unwrap();
