@@ -1,7 +1,7 @@
 //! A study file is read, and what can be wrong with it before any case is.
 
+use super::columns::own_columns;
 use super::file::{Axis, Choice, Label, Quick, Reference, Study, fault};
-use super::table::own_columns;
 use mics_run::Result;
 use mics_run::config::{Check, Text, suggest};
 use std::collections::BTreeSet;

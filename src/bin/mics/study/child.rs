@@ -1,7 +1,7 @@
 //! One run of a study: a process of this very program with a folder of its own, and what it left
 //! there.
 
-use super::plan::Planned;
+use super::planned::Planned;
 use crate::ranks::Mpirun;
 use mics_run::interrupt::Interrupt;
 use mics_run::progress;

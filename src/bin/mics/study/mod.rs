@@ -13,8 +13,10 @@
 
 mod check;
 mod child;
+mod columns;
 mod file;
 mod plan;
+mod planned;
 mod reference;
 mod runner;
 mod show;

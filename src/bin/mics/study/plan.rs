@@ -1,13 +1,14 @@
 //! The runs of a study: the product of its axes and its listed rows, every case read and checked.
 
+use super::columns::number_columns;
 use super::file::{Axis, Choice, Listed, Study, fault};
+use super::planned::{Planned, Refusal};
 use super::reference::{Compared, references};
-use super::table::number_columns;
 use mics::scene::read_case;
-use mics_run::config::{Case, Text, suggest};
-use mics_run::{Error, Result};
+use mics_run::Result;
+use mics_run::config::{Text, suggest};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use toml::Value;
 
 /// The runs of a study, and what they are compared with.
@@ -18,51 +19,6 @@ pub struct Plan {
     pub runs: Vec<Planned>,
     /// References of measures, by the measure.
     pub references: BTreeMap<String, Compared>,
-}
-
-/// A run of a study.
-pub struct Planned {
-    /// The name of its folder.
-    pub id: String,
-    /// Labels in its columns; empty where it has no such label.
-    pub labels: Vec<String>,
-    /// Number of ranks.
-    pub ranks: usize,
-    /// The case file.
-    pub case: PathBuf,
-    /// Overrides, `key.path=value`.
-    pub set: Vec<String>,
-    /// The case with them, or why it is refused.
-    pub loaded: Result<Case, Refusal>,
-    /// The keys of the study file that gave it.
-    sources: Vec<String>,
-}
-
-/// Why a run is refused before it starts.
-#[derive(Clone, Debug)]
-pub struct Refusal {
-    /// In words, the key ahead.
-    pub why: String,
-    /// Whether a key or a value is unknown, and not only out of range: no run means that.
-    misspelt: bool,
-}
-
-impl Refusal {
-    /// The refusal for an error in reading the case, without the place that only `--set` on a
-    /// command line has.
-    fn of(error: &Error) -> Refusal {
-        let misspelt = match error {
-            Error::Case { message, .. } => message.starts_with("unknown "),
-            Error::Override { .. } => true,
-            _ => false,
-        };
-        let why = match error {
-            Error::Case { key, message, .. } if !key.is_empty() => format!("{key}: {message}"),
-            Error::Override { given, why } => format!("bad override `{given}`: {why}"),
-            other => other.to_string(),
-        };
-        Refusal { why, misspelt }
-    }
 }
 
 /// Labels and overrides of a run, by choices of axes or by a listed row.

@@ -1,7 +1,7 @@
 //! References of measures: a value, a number in a CSV file, or what another run of the study gives.
 
 use super::file::{Label, Place, Reference, Study, fault};
-use super::plan::Planned;
+use super::planned::Planned;
 use mics_run::Result;
 use mics_run::config::{Fault, Text, suggest};
 use std::collections::BTreeMap;

@@ -2,7 +2,8 @@
 //! stopped.
 
 use super::child::{self, Bounds, Outcome};
-use super::plan::{Plan, Planned};
+use super::plan::Plan;
+use super::planned::Planned;
 use super::show::short;
 use mics_run::interrupt::Interrupt;
 use mics_run::{Error, Result};

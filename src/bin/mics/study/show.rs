@@ -1,7 +1,8 @@
 //! The tables that people read: of all runs, or of a quantity across the labels of a column.
 
+use super::columns::{error_of, head};
 use super::file::Study;
-use super::table::{Row, Table, error_of, head};
+use super::table::{Row, Table};
 use mics_plot::study::Target;
 
 /// The columns besides measures that a table has where the study file does not say.
