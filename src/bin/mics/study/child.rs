@@ -2,7 +2,6 @@
 //! there.
 
 use super::planned::Planned;
-use crate::ranks::Mpirun;
 use mics_run::interrupt::Interrupt;
 use mics_run::progress;
 use mics_run::{Error, Result};
@@ -64,8 +63,8 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// Signals that ask a run to end, one after another: to stop after its step, to stop at once, and
-/// one that leaves no choice; mpirun hands on the first, and ends its ranks with the second.
-const ENDINGS: [Signal; 3] = [Signal::USR1, Signal::TERM, Signal::KILL];
+/// one that leaves no choice.
+const ENDINGS: [Signal; 3] = [Signal::USR1, Signal::USR1, Signal::KILL];
 /// Time that each of them is given.
 const GRACE: Duration = Duration::from_secs(3);
 
@@ -147,23 +146,16 @@ fn too_slow(folder: &Path, limit: Duration) -> String {
 /// When this program cannot be started. A run that fails is an outcome.
 pub fn run(run: &Planned, folder: &Path, name: &str, bounds: &Bounds) -> Result<Outcome> {
     let program = env::current_exe().map_err(Error::io("this program"))?;
-    let mut mpirun;
-    let mut alone = Command::new(&program);
-    let command = if run.ranks == 1 {
-        &mut alone
-    } else {
-        mpirun = Mpirun::new(run.ranks)?;
-        mpirun.command.arg(&program)
-    };
+    let mut command = Command::new(&program);
     command.arg("run").arg(&run.case).args(["--quiet", "--force", "--out"]).arg(folder);
-    command.args((run.ranks == 1).then_some(["--ranks", "1"]).into_iter().flatten());
-    add_overrides(command, run);
+    command.args(["--ranks", &run.ranks.to_string()]);
+    add_overrides(&mut command, run);
     // Files that an earlier try left must not be taken for this one's.
     for file in ["summary.json", progress::FILE] {
         absent(fs::remove_file(folder.join(file)), &folder.join(file))?;
     }
-    let waited = bounds.wait(command, folder, name);
-    let (ended, over) = waited.map_err(Error::io(command.get_program()))?;
+    let waited = bounds.wait(&mut command, folder, name);
+    let (ended, over) = waited.map_err(Error::io(program))?;
     let words = words(run, &ended.stderr);
     let summary = json(&folder.join("summary.json"));
     let status = match (ended.status.code(), over) {

@@ -84,25 +84,14 @@ pub struct Listed {
     pub set: Table,
 }
 
-/// Text of a label, of which numbers are some too.
+/// Text of a label; numbers and lists are some too.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "Value")]
+#[serde(from = "Value")]
 pub struct Label(pub String);
 
-impl TryFrom<Value> for Label {
-    type Error = String;
-
-    fn try_from(value: Value) -> Result<Label, String> {
-        match value {
-            Value::Array(_) | Value::Table(_) => Err("a label is text or a number".into()),
-            value => Ok(Label::of(&value)),
-        }
-    }
-}
-
-impl Label {
+impl From<Value> for Label {
     /// A value as a label: a text without its quotes.
-    pub fn of(value: &Value) -> Label {
+    fn from(value: Value) -> Label {
         Label(value.as_str().map_or_else(|| value.to_string(), str::to_owned))
     }
 }
@@ -199,7 +188,7 @@ impl Axis {
     /// What is chosen from, its values too.
     pub fn all(&self) -> Vec<Choice> {
         let of_key = |value: &Value| Choice {
-            label: Label::of(value),
+            label: Label::from(value.clone()),
             set: self.key.iter().map(|key| (key.clone(), value.clone())).collect(),
         };
         self.values.iter().map(of_key).chain(self.choices.iter().cloned()).collect()

@@ -6,6 +6,7 @@ use mics_run::compare::{Comparison, percent, significant};
 use mics_run::config::Reference;
 use mics_run::summary::Summary;
 use mics_run::{Error, Result};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -75,8 +76,8 @@ pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> V
 pub(super) struct Page {
     /// The file.
     pub file: PathBuf,
-    /// Case, measure, value where there was one, and whether it passed.
-    rows: Vec<(String, String, Option<f64>, bool)>,
+    /// By case and measure the value, where there was one, and whether it passed.
+    rows: BTreeMap<(String, String), (Option<f64>, bool)>,
 }
 
 impl Page {
@@ -91,7 +92,7 @@ impl Page {
                 file.display()
             ))
         })?;
-        let rows: Vec<_> = text.lines().filter_map(parse).collect();
+        let rows: BTreeMap<_, _> = text.lines().filter_map(parse).collect();
         if rows.is_empty() {
             let cure = "no row of values in it; give a page that `mics validate --markdown` wrote";
             return Err(Error::Usage(format!("{}: {cure}", file.display())));
@@ -102,9 +103,8 @@ impl Page {
     /// Message about a value that has moved from the page; `None` where it has not.
     pub fn moved(&self, case: &str, measure: &str, now: &Comparison) -> Option<String> {
         let value = now.value.map_or("none".into(), significant);
-        let Some((.., before, passed)) =
-            self.rows.iter().find(|(c, m, ..)| (c.as_str(), m.as_str()) == (case, measure))
-        else {
+        let of = (case.to_owned(), measure.to_owned());
+        let Some((before, passed)) = self.rows.get(&of) else {
             return Some(format!("{case}, {measure}: {value}, which the page does not have"));
         };
         let was = before.map_or("none".into(), significant);
@@ -133,13 +133,13 @@ impl Page {
 }
 
 /// A row of the table, from its line.
-fn parse(line: &str) -> Option<(String, String, Option<f64>, bool)> {
+fn parse(line: &str) -> Option<((String, String), (Option<f64>, bool))> {
     let cells: Vec<&str> =
         line.strip_prefix('|')?.strip_suffix('|')?.split('|').map(str::trim).collect();
     let [case, measure, value, _, _, _, verdict, steps, _] = cells.as_slice() else { return None };
     steps.parse::<u64>().ok()?;
     let value = if *value == "none" { None } else { Some(value.parse().ok()?) };
-    Some(((*case).to_owned(), (*measure).to_owned(), value, *verdict == "pass"))
+    Some((((*case).to_owned(), (*measure).to_owned()), (value, *verdict == "pass")))
 }
 
 #[cfg(test)]
