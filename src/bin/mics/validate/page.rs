@@ -71,13 +71,16 @@ pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> V
     ]
 }
 
+/// Value of a page, where it has one, and whether it passed.
+type Before = (Option<f64>, bool);
+
 /// A page that was written before.
 #[derive(Debug)]
 pub(super) struct Page {
     /// The file.
     pub file: PathBuf,
-    /// By case and measure the value, where there was one, and whether it passed.
-    rows: BTreeMap<(String, String), (Option<f64>, bool)>,
+    /// Values by case and measure.
+    rows: BTreeMap<(String, String), Before>,
 }
 
 impl Page {
@@ -133,7 +136,7 @@ impl Page {
 }
 
 /// A row of the table, from its line.
-fn parse(line: &str) -> Option<((String, String), (Option<f64>, bool))> {
+fn parse(line: &str) -> Option<((String, String), Before)> {
     let cells: Vec<&str> =
         line.strip_prefix('|')?.strip_suffix('|')?.split('|').map(str::trim).collect();
     let [case, measure, value, _, _, _, verdict, steps, _] = cells.as_slice() else { return None };
