@@ -113,6 +113,11 @@ pub const WATCHED: &str = "MICS_RANKS_WATCHED";
 /// Variables that the first rank of several gets from its starter: mpirun, and servers of srun.
 const OF_A_RANK: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"];
 
+/// Whether this process is a rank that mpirun or srun has started.
+pub fn is_rank() -> bool {
+    OF_A_RANK.iter().any(|name| env::var_os(name).is_some())
+}
+
 /// Plan for the start of a run.
 pub struct Launch {
     /// The ranks that are to be started; 1 where this process is to run the case.
@@ -130,7 +135,7 @@ pub struct Launch {
 /// # Errors
 /// When the case is wrong, or this is a rank already and more are asked for.
 pub fn plan(ranks: Option<Ranks>, case: &Path, set: &[String], options: bool) -> Result<Launch> {
-    let is_rank = OF_A_RANK.iter().any(|name| env::var_os(name).is_some());
+    let is_rank = is_rank();
     if is_rank && ranks.is_some() {
         return Err(Error::Usage(
             "--ranks starts mpirun by itself: leave one of the two away".into(),

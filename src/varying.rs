@@ -78,6 +78,13 @@ impl<const D: usize> Varying<D> {
         Some(drive.times(factor.at(time)).at_start())
     }
 
+    /// The acceleration (m/s2) of a mean velocity that a drive holds, over a step that ends at a
+    /// time (s); 0 of other drives.
+    pub fn held_acceleration(&self, time: f64, dt: f64) -> f64 {
+        let Some((Drive::Held { velocity, .. }, factor)) = &self.drive else { return 0.0 };
+        velocity * (factor.at(time) - factor.at(time - dt)) / dt
+    }
+
     /// The drive that varies, at its largest.
     pub fn largest_drive(&self) -> Option<Drive> {
         self.drive.as_ref().map(|(drive, factor)| drive.times(factor.largest()))

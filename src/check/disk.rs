@@ -72,9 +72,12 @@ pub fn expected<const D: usize>(
     };
     let snapshot = snapshot::bytes(scene)?;
     // The last state may be due as well, and counts once.
-    let beside_ends = |cadence: &Cadence| match cadence {
-        Cadence::Time(time) => ((case.time.end / time * (1.0 - 1e-9)).ceil() - 1.0).min(steps),
-        Cadence::Steps(_) => due(cadence),
+    let beside_ends = |cadence: &Cadence| {
+        let times = match cadence {
+            Cadence::Time(time) => case.time.end / time,
+            Cadence::Steps(n) => steps / *n as f64,
+        };
+        ((times * (1.0 - 1e-9)).ceil() - 1.0).clamp(0.0, steps)
     };
     let snapshots = 2.0 + case.output.fields.as_ref().map_or(0.0, beside_ends);
     let mut checkpoint = Counter(0.0);

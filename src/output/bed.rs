@@ -2,9 +2,10 @@
 //!
 //! ```text
 //!   bed height    h_b: where the solid fraction of layers falls to a threshold
-//!   shear stress  tau = f (H - h_b) + tau_top        f: force of the drive, H: height of the box,
-//!              tau_top: shear of the side above on the fluid (the balance of momentum of the flow
-//!              over the bed, which is periodic along the stream; Kidanemariam & Uhlmann 2014)
+//!   shear stress  tau = f (H - h_b) + tau_top - rho H dU/dt
+//!              f: force of the drive, H: height of the box, tau_top: shear of the side above on the
+//!              fluid, U: mean velocity that a drive over time holds (the balance of momentum of the
+//!              flow over the bed, which is periodic along the stream; Kidanemariam & Uhlmann 2014)
 //!                 tau = (sum_k F_k - F_side)/A       A: plan area, F_k: force on bodies over it,
 //!              F_side: force of the side below on the fluid (the total stress on a rough bed,
 //!              Nikora et al. 2007)
@@ -123,7 +124,10 @@ pub fn shear_stress<const D: usize>(
         let depth = domain.grid.size[up] - height_across(scene, m, up, layers)?;
         let [above, area] = side(scene, m, up, 1 - below)?;
         let drive = s.drive.map_or(0.0, |force| force[axis]);
-        return Ok(drive * depth + if area > 0.0 { above / area } else { 0.0 });
+        let held = if s.dt > 0.0 { domain.varying.held_acceleration(s.time, s.dt) } else { 0.0 };
+        let accelerated = domain.fluid.density * domain.grid.size[up] * held;
+        let above = if area > 0.0 { above / area } else { 0.0 };
+        return Ok(drive * depth + above - accelerated);
     }
     let counts = |body: &Body| {
         let asked = !listed || m.group().any(|id| id == body.id);

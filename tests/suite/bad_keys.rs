@@ -306,6 +306,11 @@ pub const BAD_KEYS: &[Row] = &[
     ),
     (
         "{ inflow = [1.0, 0.0] }",
+        "{ inflow = [1.0, 0.0], over_time = { time = [0, 1], factor = [0, 1] } }", "west",
+        "boundary.west", &["found `inflow` and `over_time`", "`over_time` stands within it"],
+    ),
+    (
+        "{ inflow = [1.0, 0.0] }",
         "{ inflow = { velocity = [1.0], over_time = { time = [0, 1], factor = [0, 1] } } }", "west",
         "boundary.west.inflow.velocity", &["a 2D case needs 2 numbers"],
     ),

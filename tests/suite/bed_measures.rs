@@ -27,6 +27,29 @@ fn bed_shear_stress_of_couette_flow_is_exact() {
     }
 }
 
+/// A flow over a floor that speeds up with the mean velocity of a flood, from a slip side above: the
+/// balance of momentum counts no acceleration as stress.
+#[test]
+fn bed_shear_stress_under_a_rising_mean_velocity_is_the_shear_on_the_floor() {
+    let sides = ["\"periodic\"", "\"periodic\"", "\"wall\"", "\"slip\""];
+    let kind = "kind = \"bed_shear_stress\"\nfrom = 0.5\n";
+    let more = format!(
+        "[drive]\nmean_velocity = {{ axis = \"x\", value = 0.1, \
+        over_time = {{ time = [0.0, 1.0], factor = [0.0, 1.0] }} }}\n\
+        [[measure]]\nname = \"balance\"\n{kind}[[measure]]\nname = \"region\"\n{kind}\
+        region = {{ min = [0.02, 0.0], max = [0.06, 0.1] }}\n[output]\nfigures = false\n\
+        [time]\nend = 0.9\nstep = 0.005\n"
+    );
+    let text = box_case([0.1, 0.1], [20, 20], 1.0, sides, &more)
+        .replace("viscosity", "gravity = [0.0, -9.81]\nviscosity")
+        .replace("density = 1.0", "density = 1000.0");
+    let found = measures(&text);
+    let [balance, region] = ["balance", "region"].map(|name| found[name].as_f64().unwrap());
+    // The acceleration alone is rho H dU/dt = 10 Pa.
+    println!("{balance} and {region} Pa");
+    assert!((balance / region - 1.0).abs() < 1e-2 && balance < 5.0, "{balance} and {region} Pa");
+}
+
 /// The mean over time of samples at the ends of steps, by trapezia.
 fn trapezia(samples: &[f64]) -> f64 {
     let last = samples.len() - 1;

@@ -85,13 +85,12 @@ fn named_figures_are_drawn_alone_with_titles() {
         .iter()
         .all(|label| svg.contains(label))
     );
-    let parts = plotted(&[&b, "--figure", "force-parts", "--out", out]);
+    let lines = "convective_fx+pressure_fx,vy";
+    let parts = plotted(&[&b, "--columns", lines, "--over", "y", "--out", out]);
     let svg = std::fs::read_to_string(&parts[1]).unwrap();
-    assert!(
-        ["F_cx", "F_px", "F_dx", "force / submerged weight"]
-            .iter()
-            .all(|label| svg.contains(label))
-    );
+    for label in ["convective_fx", "pressure_fx", "N/m", "vy (m/s)", "y (m)"] {
+        assert!(svg.contains(&format!(">\n{label}\n<")), "{label}");
+    }
     let part =
         plotted(&[&a, "--figure", "vorticity", "--window", "0.0,0.05,0.05,0.1", "--out", out]);
     assert_eq!(part, ["png", "svg"].map(|end| format!("{out}/vorticity.{end}")));
@@ -177,8 +176,14 @@ fn named_figures_are_drawn_alone_with_titles() {
         (&[&a, "--figure", "vorticity-strip", "--window", "0.2,0.3"], &["--window", "X0,X1,Y0,Y1"]),
         (&[&a, "--figure", "vorticity-stripe"], &["'vorticity-stripe'", "vorticity-strip"]),
         (
-            &[&a, &b, "--figure", "force-parts", "--out", out],
-            &["--out", "force-parts is of one run"],
+            &[&a, &b, "--figure", "streamlines", "--out", out],
+            &["--out", "streamlines is of one run"],
+        ),
+        (&[&a, "--figure", "columns"], &["--columns and --figure columns go together"]),
+        (&[&a, "--over", "y"], &["--over is of --columns"]),
+        (
+            &[&a, "--columns", "vx,spin"],
+            &["no table of", "has vx and spin", "particles.csv: step, time, id"],
         ),
     ] {
         let output = mics(&[&["plot"], words].concat());
@@ -276,10 +281,7 @@ fn figures_of_forces_speeds_and_paths_choose_particles() {
             ["--figure", "paths", "--particle", "4"],
             "there is no particle 4: the case has 4, counted from 0",
         ),
-        (
-            ["--figure", "vorticity", "--particle", "0"],
-            "--figure paths, forces, force-parts or speeds",
-        ),
+        (["--figure", "vorticity", "--particle", "0"], "--figure paths, forces, torques or speeds"),
         (["--figure", "solids", "--bodies", "size"], "solids needs three dimensions"),
         (["--figure", "solids", "--eye", "0,0,0"], "give a direction X,Y,Z"),
         (["--figure", "forces", "--eye", "1,0,0"], "--eye is of --figure solids"),

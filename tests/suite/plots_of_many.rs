@@ -94,18 +94,12 @@ fn plots_of_several_runs_share_drag_over_reynolds() {
         plotted(&[a, b, "--figure", "drag", "--out", out]);
         std::fs::read_to_string(Path::new(out).join("drag_over_reynolds.svg")).unwrap()
     };
-    assert!(
-        drag().contains("body-fitted, box of cases/cylinder-wake")
-            && drag().contains("unbounded stream")
-    );
+    assert!(drag().contains("unbounded stream"));
     // Between walls it is another scene, which has the references of its own case alone.
     let case = Path::new(b).join("case.toml");
     let text = std::fs::read_to_string(&case).unwrap();
     std::fs::write(&case, text.replace("\"periodic\"", "\"wall\"")).unwrap();
-    assert!(
-        !drag().contains("body-fitted, box of cases/cylinder-wake")
-            && !drag().contains("unbounded stream")
-    );
+    assert!(!drag().contains("unbounded stream"));
     std::fs::write(&case, text).unwrap();
     let output = mics(&["plot", a, b, "--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -145,8 +139,7 @@ fn speeds_forces_and_solves_of_several_runs_share_a_picture() {
         let svg = format!("{out}/{}.svg", figure.replace('-', "_"));
         let svg = std::fs::read_to_string(svg).unwrap();
         for label in ["first", "second"] {
-            let alone = svg.contains(&format!(">\n{label}\n<"));
-            assert!(alone || svg.contains(&format!(">\n{label}, Krylov\n<")), "{figure}: {label}");
+            assert!(svg.contains(&format!(">\n{label}\n<")), "{figure}: {label}");
         }
     }
 }

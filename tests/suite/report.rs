@@ -119,11 +119,11 @@ fn report_has_profiles_probes_and_contact_laws() {
         "1e-8 to 0.3",
         "force along y (N/m)",
         // A symmetric scene has no force across, and nothing is drawn of it.
-        "along x it is zero",
+        "force along x is zero",
     ] {
         assert!(said.contains(part), "no `{part}`");
     }
-    assert!(!said.contains("force along x"));
+    assert!(!said.contains("force along x (N"));
     let digits = said
         .match_indices("00000000")
         .map(|(at, _)| &said[at.saturating_sub(20)..at + 10])

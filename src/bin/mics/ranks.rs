@@ -5,7 +5,7 @@
 use mics::launch::{self, Launch, Ranks};
 use mics::output::progress::Glance;
 use mics::{Error, Result};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, kill_process, set_parent_process_death_signal};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::iterator::Signals;
 use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
@@ -81,6 +81,10 @@ pub fn run(choice: &Choice) -> Result<Option<u8>> {
     let launch = launch::plan(choice.ranks, choice.case, choice.set, choice.options)?;
     if launch.ranks == 1 {
         begin_again(&launch)?;
+        if launch::is_rank() {
+            // Ranks whose mpirun is killed would run on, and hold the folder.
+            let _ = set_parent_process_death_signal(Some(Signal::KILL));
+        }
         return Ok(None);
     }
     let tunables = huge_pages(env::var("GLIBC_TUNABLES").ok()).filter(|_| launch.large);

@@ -7,6 +7,7 @@ use mics_run::folder::{BALANCE, FIELDS, OBSTACLES, PROFILE, REPORT, SOLVES};
 use mics_run::progress::FILE as PROGRESS;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
 /// Says that a folder holds a run; there from the first moment to the last.
@@ -122,13 +123,26 @@ fn locked(path: &Path, how: FlockOperation) -> Result<File> {
     let folder = File::open(path).map_err(Error::io(path))?;
     match flock(&folder, how) {
         Err(e) if e == rustix::io::Errno::WOULDBLOCK => Err(Error::Usage(format!(
-            "{}: another mics is writing here; wait until it has ended, or give another folder \
+            "{}: another mics{} is writing here; wait until it has ended, or give another folder \
             with --out",
-            path.display()
+            path.display(),
+            holder(&folder).map_or_else(String::new, |id| format!(" (process {id})"))
         ))),
         // Some network file systems know no locks.
         _ => Ok(folder),
     }
+}
+
+/// The number of the process that holds the lock of an open folder, where the system says it.
+fn holder(folder: &File) -> Option<u32> {
+    let place = format!(":{}", folder.metadata().ok()?.ino());
+    let locks = fs::read_to_string("/proc/locks").ok()?;
+    // 1: FLOCK ADVISORY WRITE 4711 fe:00:131074 0 EOF
+    let held = locks.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    let of_folder = |words: &Vec<&str>| {
+        words.get(1) == Some(&"FLOCK") && words.get(5).is_some_and(|at| at.ends_with(&place))
+    };
+    held.into_iter().find(of_folder)?.get(4)?.parse().ok()
 }
 
 /// Deletes what a run left in its folder, and nothing else.

@@ -2,15 +2,21 @@
 //! and what is said of many.
 
 use super::discs::{few, materials, near};
+use super::series::Group;
+use super::table::Table;
 use crate::figure::COLOURS;
 use mics_run::config::{Case, Particle};
 use std::collections::HashMap;
+use std::iter;
 
 /// Lines of bodies in a figure at most: as many as there are colours.
 pub const LINES: usize = COLOURS.len();
 /// Parts of the bodies of a kind that lie below the lower edge, the middle and the upper edge of
 /// its spread.
 const PARTS: [f64; 3] = [0.1, 0.5, 0.9];
+
+/// Points of a spread over time at most.
+const POINTS: usize = 500;
 
 /// The meaning of the lines and bands of kinds, in words.
 pub const SPREAD: &str =
@@ -48,14 +54,13 @@ pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
         &|p| vec![made(p)],
         &|_| Vec::new(),
     ];
-    let group = |words: &Words| {
+    // Obstacles have their names as long as there is room for these.
+    let group = |(k, words): (usize, &Words)| {
         let mut all: Vec<Kind> = Vec::new();
         for id in ids {
             let words = |p| words(p).into_iter().flatten().collect::<Vec<_>>().join(", ");
-            let obstacle = || match case.obstacle.len() {
-                1 => case.called(*id),
-                _ => "obstacles".to_owned(),
-            };
+            let named = case.obstacle.len() == 1 || k + 1 < finest.len();
+            let obstacle = || if named { case.called(*id) } else { "obstacles".to_owned() };
             let label = case.particle.get(*id).map_or_else(obstacle, words);
             match all.iter().position(|kind| kind.label == label) {
                 Some(at) => all[at].ids.push(*id),
@@ -65,10 +70,14 @@ pub fn kinds(case: &Case, ids: &[usize]) -> Vec<Kind> {
         }
         all
     };
-    let mut kinds = finest.iter().map(group).find(|kinds| kinds.len() <= LINES).unwrap_or_default();
+    let mut kinds =
+        finest.iter().enumerate().map(group).find(|kinds| kinds.len() <= LINES).unwrap_or_default();
     for kind in &mut kinds {
         let word = if kind.label.is_empty() { "particles" } else { &kind.label };
-        kind.label = format!("{word} ({})", kind.ids.len());
+        // An obstacle is alone of its name.
+        if kind.ids.iter().any(|id| *id < case.particle.len()) || kind.ids.len() > 1 {
+            kind.label = format!("{word} ({})", kind.ids.len());
+        }
     }
     kinds
 }
@@ -93,69 +102,74 @@ pub fn representatives(case: &Case, ids: &[usize]) -> Vec<usize> {
     kinds.iter().zip(&shares).flat_map(picked).collect()
 }
 
-/// A time (s), and by axis the lower edge, the middle and the upper edge of the spread of a kind.
-pub type Spread = (f64, [[f64; 3]; 3]);
-
-/// Vectors of many bodies over time: of each kind the edges and the middle of its spread.
-#[derive(Default)]
+/// Rows of many bodies over time: of each kind the edges and the middle of its spread.
 pub struct Course {
     kinds: Vec<Kind>,
     /// The kind of a body.
     of: HashMap<usize, usize>,
-    /// The time of the rows that come now, and their values by kind and axis.
+    /// The time (s) of the rows that come now, and their values by kind and column.
     time: f64,
-    now: Vec<[Vec<f64>; 3]>,
-    /// Rows by kind.
-    rows: Vec<Vec<Spread>>,
+    now: Vec<Vec<Vec<f64>>>,
+    /// Lower edge, middle and upper edge over time, of each kind.
+    spreads: Vec<[Table; 3]>,
 }
 
 impl Course {
-    /// The course of some bodies, by kinds.
-    pub fn new(case: &Case, ids: &[usize]) -> Course {
+    /// The course of some bodies by kinds; the first of the columns is the time.
+    pub fn new(case: &Case, ids: &[usize], columns: &[&str]) -> Course {
         let kinds = kinds(case, ids);
         let of = kinds
             .iter()
             .enumerate()
             .flat_map(|(k, kind)| kind.ids.iter().map(move |id| (*id, k)))
             .collect();
-        let now = vec![Default::default(); kinds.len()];
-        let rows = vec![Vec::new(); kinds.len()];
-        Course { kinds, of, time: f64::NAN, now, rows }
+        let now = vec![vec![Vec::new(); columns.len() - 1]; kinds.len()];
+        let empty = || std::array::from_fn(|_| Table::new(columns));
+        let spreads = kinds.iter().map(|_| empty()).collect();
+        Course { kinds, of, time: f64::NAN, now, spreads }
     }
 
-    /// Takes the vector of a body at a time (s), at which all bodies come before the next one.
-    pub fn take(&mut self, id: usize, time: f64, vector: [f64; 3]) {
-        let Some(kind) =
-            self.of.get(&id).copied().filter(|_| vector.iter().all(|value| value.is_finite()))
-        else {
-            return;
-        };
-        if time != self.time {
+    /// Takes a row of a body, its time (s) first; all bodies come before the next time.
+    pub fn take(&mut self, id: usize, row: &[f64]) {
+        let finite = row.iter().all(|value| value.is_finite());
+        let Some(kind) = self.of.get(&id).copied().filter(|_| finite) else { return };
+        if row[0] != self.time {
             self.close();
-            self.time = time;
+            self.time = row[0];
         }
-        self.now[kind].iter_mut().zip(vector).for_each(|(values, value)| values.push(value));
+        self.now[kind].iter_mut().zip(&row[1..]).for_each(|(values, value)| values.push(*value));
     }
 
     /// Sums up the rows of a time.
-    pub fn close(&mut self) {
-        for (now, rows) in self.now.iter_mut().zip(&mut self.rows) {
-            if now[0].is_empty() {
+    fn close(&mut self) {
+        for (now, tables) in self.now.iter_mut().zip(&mut self.spreads) {
+            if now.first().is_none_or(Vec::is_empty) {
                 continue;
             }
-            let parts = now.each_mut().map(|values| {
-                values.sort_by(f64::total_cmp);
-                PARTS.map(|part| quantile(values, part))
-            });
-            rows.push((self.time, parts));
+            now.iter_mut().for_each(|values| values.sort_by(f64::total_cmp));
+            for (table, part) in tables.iter_mut().zip(PARTS) {
+                let parts = now.iter().map(|values| quantile(values, part));
+                table.push(&iter::once(self.time).chain(parts).collect::<Vec<_>>());
+            }
             now.iter_mut().for_each(Vec::clear);
         }
     }
 
-    /// The kinds with their rows.
-    pub fn of_kinds(&self) -> impl Iterator<Item = (&Kind, &[Spread])> {
-        self.kinds.iter().zip(self.rows.iter().map(Vec::as_slice))
+    /// A group a kind, of so many rows as a figure shows.
+    pub fn groups(mut self) -> Vec<Group> {
+        self.close();
+        let group = |(kind, spread): (Kind, [Table; 3])| {
+            let [low, middle, high] = spread.map(|table| table.map(thinned));
+            Group { label: kind.label, table: middle, edges: Some([low, high]) }
+        };
+        self.kinds.into_iter().zip(self.spreads).map(group).collect()
     }
+}
+
+/// At most [`POINTS`] values, each the mean of some that follow each other.
+fn thinned(values: &[f64]) -> Vec<f64> {
+    let mean = |some: &[f64]| some.iter().sum::<f64>() / some.len() as f64;
+    values.chunks(values.len().div_ceil(POINTS).max(1)).map(mean).collect()
 }
 
 /// The value that a part of some sorted values lies below, linear between two of them.
@@ -238,17 +252,16 @@ mod tests {
     #[test]
     fn spread_of_kind_is_10_to_90_percent() {
         let case = two_kinds();
-        let mut course = Course::new(&case, &(0..24).collect::<Vec<_>>());
+        let mut course = Course::new(&case, &(0..24).collect::<Vec<_>>(), &["time", "vx"]);
         for time in [0.0, 1.0] {
-            (0..24).for_each(|id| course.take(id, time, [id as f64 * time, -1.0, 0.0]));
+            (0..24).for_each(|id| course.take(id, &[time, id as f64 * time]));
         }
-        course.close();
-        let (kind, rows) = course.of_kinds().next().unwrap();
-        assert_eq!((kind.ids.len(), rows.len(), rows[0].1[0]), (16, 2, [0.0; 3]));
-        assert!(
-            rows[1].1[0].iter().zip([1.5, 7.5, 13.5]).all(|(a, b)| (a - b).abs() < 1e-12),
-            "{:?}",
-            rows[1]
-        );
+        let groups = course.groups();
+        let [low, high] = groups[0].edges.as_ref().unwrap();
+        assert_eq!(groups[0].table.column("time"), [0.0, 1.0]);
+        for (table, last) in [low, &groups[0].table, high].into_iter().zip([1.5, 7.5, 13.5]) {
+            let v = table.column("vx");
+            assert!(v[0] == 0.0 && (v[1] - last).abs() < 1e-12, "{v:?}");
+        }
     }
 }

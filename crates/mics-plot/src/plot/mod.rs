@@ -1,53 +1,53 @@
 //! `mics plot`: the figures of run folders, from what the folders hold.
 //!
-//! One run: the last state's vorticity with streamlines and its streamlines (`fields`), both over
-//! time as strips (Figs. 6, 7, 11, 14), forces over time and over the height of a fall (`forces`,
-//! Fig. 10), speeds, means over layers (`profile`), what probes recorded (`probes`) and how the
-//! pressure solves converged (`convergence`). One or
-//! several: paths (`paths`, Fig. 9), Cd(Re) and St(Re) (`reynolds`, Figs. 4, 5). `rows` reads
-//! `particles.csv`, `kinds` chooses the bodies that stand for many.
+//! `table` reads the tables (CSV files) of a run, `series` draws groups of their rows as lines over
+//! axes. What they draw: `forces` (forces, torques and speeds of `bodies`, of many by their
+//! `kinds`), `columns` (any by name), `records` (probes and profiles), `steps` and `solves` (the
+//! pressure). Figures of other sorts: `fields` (the flow in planes, Figs. 6, 7, 11, 14), `solids`
+//! (surfaces in 3D), `paths` (Fig. 9), `reynolds` (Cd and St over Re, Figs. 4, 5).
 
-mod components;
-mod convergence;
+mod bodies;
+mod columns;
 mod discs;
 mod fields;
 mod forces;
 mod kinds;
 mod paths;
-mod probes;
-mod profile;
+mod records;
 mod reel;
 mod request;
 mod reynolds;
-mod rows;
 mod section;
+mod series;
 mod slice;
 mod solids;
+mod solves;
+mod steps;
+mod table;
 mod view;
 
 use crate::figure::{self, Chart};
 use mics_run::config::{Case, Section, load};
-use mics_run::folder::SOLVES;
 use mics_run::progress::Record;
 use mics_run::snapshot::Snapshot;
 use mics_run::words::rounded;
 use mics_run::{Error, Result};
-use mics_run::{bodies, not_a_run};
+use mics_run::{bodies as surfaces, not_a_run};
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-pub(super) use convergence::{Solve, StepSolves, convergence, over_steps};
+pub(super) use bodies::PARTICLES;
 pub use discs::Bodies;
 use discs::Colours;
 pub(super) use fields::{Look, dated, evenly, nearest, newest_snapshot, plane, sections};
-pub(super) use forces::{forces, speeds};
-pub(super) use paths::{Track, paths};
-pub(super) use probes::probes;
-pub(super) use profile::profile;
+use records::Probes;
 pub(super) use reel::Reel;
 pub use request::{Figure, Request};
-pub(super) use rows::{Rows, moving, table};
+use series::{Group, joined};
+pub(super) use solves::{Solve, StepSolves};
+pub(super) use steps::{energy, lengths};
+pub(super) use table::{Rows, Table};
 pub use view::View;
 
 /// The file that the folder of a study has.
@@ -59,6 +59,8 @@ pub(super) struct Run {
     pub case: Case,
     /// The particles that are asked for; empty: all.
     asked: Vec<usize>,
+    /// Its name beside other runs; empty where it is alone.
+    label: String,
 }
 
 impl Run {
@@ -78,7 +80,22 @@ impl Run {
             })
         });
         let asked = ids.collect::<Result<Vec<_>>>()?.concat();
-        Ok(Run { folder: folder.to_owned(), case, asked })
+        Ok(Run { folder: folder.to_owned(), case, asked, label: String::new() })
+    }
+
+    /// A run in a folder with a case of its own.
+    #[cfg(test)]
+    pub fn of_text(folder: &Path, case: &str) -> Run {
+        let case = mics_run::config::written(case).unwrap();
+        Run { folder: folder.to_owned(), case, asked: Vec::new(), label: String::new() }
+    }
+
+    /// Groups of its rows under its name, but where runs are averaged.
+    fn name(&self, mut groups: Vec<Group>, averaged: bool) -> Vec<Group> {
+        for group in groups.iter_mut().filter(|_| !averaged) {
+            group.label = joined(&[&self.label, &group.label]);
+        }
+        groups
     }
 
     /// A note on the figures of a run that goes on or was killed; none where it has ended.
@@ -93,10 +110,6 @@ impl Run {
                 rounded(newest.end)
             )
         })
-    }
-
-    fn rows(&self) -> Rows {
-        Rows::read(&self.folder, &self.case, &self.asked)
     }
 }
 
@@ -116,11 +129,12 @@ pub struct Drawn {
 /// a file cannot be written.
 pub fn draw(request: &Request) -> Result<Drawn> {
     request.check()?;
-    let runs = request
+    let mut runs = request
         .runs
         .iter()
         .map(|folder| Run::read(folder, &request.particles))
         .collect::<Result<Vec<_>>>()?;
+    name_runs(&mut runs);
     let mut written = Vec::new();
     let notes = runs.iter().filter_map(Run::unfinished).collect();
     if request.figures().is_empty() {
@@ -128,11 +142,9 @@ pub fn draw(request: &Request) -> Result<Drawn> {
             written.extend(draw_run(&run.folder)?);
         }
         let folder = folder_of(request, &runs)?;
-        let flat = runs.iter().filter(|run| run.case.dimension() == 2).count();
-        // Cylinders and spheres have curves of their own.
-        if flat == 0 || flat == runs.len() {
-            for draw in [reynolds::drag, reynolds::strouhal] {
-                written.extend(draw(&runs, &folder)?.into_iter().flatten());
+        for figure in [Figure::Drag, Figure::Strouhal] {
+            if let Some(chart) = curves(figure, &runs, request)? {
+                written.extend(figure::chart(&chart, &folder.join(figure.file()))?);
             }
         }
     }
@@ -212,20 +224,9 @@ fn draw_figure(request: &Request, figure: Figure, runs: &[Run]) -> Result<Option
             let Some(scene) = solid_scene(run, request)? else { return Ok(None) };
             figure::shaded(&scene, &stem("solids")?)?
         }
-        Figure::Drag => return Ok(reynolds::drag(runs, &folder_of(request, runs)?)?.map(Vec::from)),
-        Figure::Strouhal => {
-            return Ok(reynolds::strouhal(runs, &folder_of(request, runs)?)?.map(Vec::from));
-        }
-        Figure::Convergence | Figure::ConvergenceSteps => {
-            let Some(chart) = solves(figure, runs, request.times.last().copied())? else {
-                return Ok(None);
-            };
-            figure::chart(&chart, &stem(&figure.file())?)?
-        }
         _ => {
-            let rows: Vec<Rows> = runs.iter().map(Run::rows).collect();
-            let Some(chart) = curves(figure, runs, &rows, request.mean)? else { return Ok(None) };
-            figure::chart(&chart, &stem(&figure.file())?)?
+            let Some(chart) = curves(figure, runs, request)? else { return Ok(None) };
+            figure::chart(&chart, &stem(figure.file())?)?
         }
     };
     Ok(Some(drawn.into()))
@@ -240,7 +241,7 @@ fn solid_scene(run: &Run, request: &Request) -> Result<Option<figure::Scene>> {
     }
     let path = snapshot_at(run, request.times.last().copied())?;
     let time = Snapshot::time_of(&path)?;
-    let poses = bodies::of(&path, case.particle.len())?;
+    let poses = surfaces::of(&path, case.particle.len())?;
     let fastest = poses.values().map(|pose| pose.speed).fold(0.0, f64::max);
     let colours = Colours::of(request.view.bodies.unwrap_or_default(), case, fastest);
     let eye = if let [x, y, z] = request.eye[..] { Some([x, y, z]) } else { None };
@@ -276,7 +277,7 @@ pub(super) fn last_planes(
     path: &Path,
 ) -> Result<Vec<figure::Plane>> {
     let snapshot = Snapshot::read(path)?;
-    let poses = bodies::of(path, case.particle.len())?;
+    let poses = surfaces::of(path, case.particle.len())?;
     let place = |id: usize| poses.get(&id).copied();
     let sections = section.map_or_else(|| sections(case, place), |section| vec![section]);
     let look = Look::at(snapshot.time);
@@ -303,24 +304,8 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
         Err(_) if run.unfinished().is_some() => Vec::new(),
         path => last_planes(folder, &run.case, None, &path?)?,
     };
-    let rows = run.rows();
     let runs = std::slice::from_ref(&run);
-    let rows = std::slice::from_ref(&rows);
-    let figures = [
-        Figure::Forces,
-        Figure::Speeds,
-        Figure::Paths,
-        Figure::Profile,
-        Figure::Probes,
-        Figure::ProbeLines,
-    ]
-    .map(|figure| Ok((figure, curves(figure, runs, rows, false)?)));
-    let mut figures = figures.into_iter().collect::<Result<Vec<_>>>()?;
-    if folder.join(SOLVES).is_file() {
-        for figure in [Figure::Convergence, Figure::ConvergenceSteps] {
-            figures.push((figure, solves(figure, runs, None)?));
-        }
-    }
+    let charts = charts(&run)?;
     let folder = folder_of(&Request::default(), runs)?;
     let mut written = Vec::new();
     if !planes.is_empty()
@@ -328,10 +313,8 @@ pub fn draw_run(folder: &Path) -> Result<Vec<PathBuf>> {
     {
         written.extend(figure::shaded(&scene, &folder.join("solids"))?);
     }
-    for (figure, drawn) in figures {
-        if let Some(chart) = drawn {
-            written.extend(figure::chart(&chart, &folder.join(figure.file()))?);
-        }
+    for (figure, chart) in charts {
+        written.extend(figure::chart(&chart, &folder.join(figure.file()))?);
     }
     for (number, plane) in planes.into_iter().enumerate().rev() {
         let plane = titled(&run.case, plane);
@@ -350,48 +333,49 @@ pub(super) fn numbered(stem: &Path, plane: usize) -> PathBuf {
     if plane == 0 { stem.to_owned() } else { stem.with_file_name(format!("{name}_{}", plane + 1)) }
 }
 
-/// A figure of curves, of the first run where it is of one; none where there is nothing to draw.
-fn curves(figure: Figure, runs: &[Run], rows: &[Rows], averaged: bool) -> Result<Option<Chart>> {
-    let Some((Run { case, folder, asked }, of_one)) = runs.first().zip(rows.first()) else {
-        return Ok(None);
-    };
-    let labels = labels(runs);
-    let track = |((run, rows), label)| {
-        let Run { case, asked, .. }: &Run = run;
-        Track { label, case, rows, asked, averaged }
-    };
-    let tracks = runs.iter().zip(rows).zip(labels.iter().map(String::as_str)).map(track);
-    let tracks: Vec<_> = tracks.collect();
-    let drawn = match figure {
-        Figure::Forces => forces::forces(&tracks)?,
-        Figure::Speeds => speeds(&tracks)?,
-        Figure::ForceParts => forces::parts(case, of_one, asked)?.map(Chart::from),
-        Figure::Profile => profile::profile(folder, case)?,
-        Figure::Probes | Figure::ProbeLines => {
-            let [points, lines] = probes::probes(folder)?;
-            if figure == Figure::Probes { points } else { lines }
-        }
-        Figure::Paths => paths(&tracks)?.map(Chart::from),
-        _ => None,
-    };
-    Ok(drawn.map(|chart| named(chart, case)))
+/// The usual figures of curves of a run that it has something for.
+///
+/// # Errors
+/// When a table is not one of a run.
+pub(super) fn charts(run: &Run) -> Result<Vec<(Figure, Chart)>> {
+    let usual = [
+        Figure::Forces,
+        Figure::Speeds,
+        Figure::Paths,
+        Figure::Profile,
+        Figure::Probes,
+        Figure::ProbeLines,
+        Figure::ConvergenceSteps,
+        Figure::Convergence,
+    ];
+    let mut all = Vec::new();
+    for figure in usual {
+        let chart = curves(figure, std::slice::from_ref(run), &Request::default())?;
+        all.extend(chart.map(|chart| (figure, chart)));
+    }
+    Ok(all)
 }
 
-/// A figure of the pressure solves of runs, of the step next to a time (s) where it is of one.
-fn solves(figure: Figure, runs: &[Run], time: Option<f64>) -> Result<Option<Chart>> {
-    let labels = labels(runs);
-    let named_runs = labels.iter().map(String::as_str).zip(runs);
-    let all: Vec<_> = named_runs
-        .map(|(label, run)| (label, &*run.folder, run.case.pressure.divergence_limit))
-        .collect();
-    let drawn = match (figure, &all[..]) {
-        (Figure::Convergence, [(_, folder, limit)]) => {
-            convergence::convergence(folder, *limit, time)?
-        }
-        (Figure::Convergence, _) => convergence::of_runs(&all, time)?,
-        _ => convergence::over_steps(&all)?,
+/// A figure of curves of runs; none where there is nothing to draw.
+fn curves(figure: Figure, runs: &[Run], request: &Request) -> Result<Option<Chart>> {
+    let Some(run) = runs.first() else { return Ok(None) };
+    let mean = request.mean;
+    let drawn = match figure {
+        Figure::Forces => forces::forces(runs, mean)?,
+        Figure::Torques => forces::torques(runs, mean)?,
+        Figure::Speeds => forces::speeds(runs, mean)?,
+        Figure::Columns => columns::columns(runs, &request.columns, request.over.as_deref(), mean)?,
+        Figure::Profile => records::profile(runs)?,
+        Figure::Probes => records::probes(runs, Probes::OverTime)?,
+        Figure::ProbeLines => records::probes(runs, Probes::AlongLines)?,
+        Figure::Paths => paths::paths(runs)?,
+        Figure::Convergence => solves::convergence(runs, request.times.last().copied())?,
+        Figure::ConvergenceSteps => steps::over_steps(runs)?,
+        Figure::Drag => reynolds::drag(runs)?,
+        Figure::Strouhal => reynolds::strouhal(runs)?,
+        _ => None,
     };
-    Ok(drawn.zip(runs.first()).map(|(chart, run)| named(chart, &run.case)))
+    Ok(drawn.map(|chart| named(chart, &run.case)))
 }
 
 /// A figure with the name of its case before its title.
@@ -403,18 +387,19 @@ fn named(mut chart: Chart, case: &Case) -> Chart {
     chart
 }
 
-/// The names of the runs' folders, with what is before them where two have the same; of one run
-/// alone none.
-fn labels(runs: &[Run]) -> Vec<String> {
+/// Names several runs by their folders, with what is before these where two are alike.
+fn name_runs(runs: &mut [Run]) {
     if let [_] = runs {
-        return vec![String::new()];
+        return;
     }
     let last = |run: &Run| {
         run.folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     };
     let short: HashSet<String> = runs.iter().map(last).collect();
-    let full = |run: &Run| run.folder.display().to_string();
-    runs.iter().map(|run| if short.len() == runs.len() { last(run) } else { full(run) }).collect()
+    let unlike = short.len() == runs.len();
+    for run in runs {
+        run.label = if unlike { last(run) } else { run.folder.display().to_string() };
+    }
 }
 
 pub(super) fn read_case(run: &Path) -> Result<Case> {

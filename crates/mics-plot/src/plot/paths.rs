@@ -2,11 +2,13 @@
 //! diameters where all particles drawn of a run have the same one, beside the reference band of a
 //! measure of their place.
 
+use super::Run;
+use super::bodies;
 use super::kinds::{LINES, representatives};
-use super::rows::{self, Rows};
 use super::section::upright;
+use super::series::Group;
 use super::slice::Section;
-use crate::figure::{Axes, Series, SeriesStyle, in_plane};
+use crate::figure::{Axes, Chart, Series, SeriesStyle, in_plane};
 use mics_run::Result;
 use mics_run::config::{Case, Measure, MeasureKind, Reference};
 use mics_run::words::rounded;
@@ -16,55 +18,34 @@ const BAND: f64 = 0.018;
 /// Letters of a band's label at most.
 const LABEL: usize = 48;
 
-/// A run whose particles' paths are drawn.
-pub struct Track<'a> {
-    /// Its name beside other runs.
-    pub label: &'a str,
-    /// Its case.
-    pub case: &'a Case,
-    /// Its rows.
-    pub rows: &'a Rows,
-    /// The particles that are asked for; empty: all that move.
-    pub asked: &'a [usize],
-    /// Whether forces and speeds are means over all runs.
-    pub averaged: bool,
-}
-
 /// The paths of the particles that are asked for in each run, or of all that move, of many of some
 /// that stand for them; each with a gap where it crosses a periodic face; and the bands. None where
 /// nothing moves.
 ///
 /// # Errors
 /// When `particles.csv` lacks a column.
-pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
-    let Some(first) = tracks.first() else { return Ok(None) };
-    let moving = |track: &Track| rows::moving(track.case, track.asked);
-    let shown = |track: &Track| {
-        let mut ids = representatives(track.case, &moving(track));
+pub fn paths(runs: &[Run]) -> Result<Option<Chart>> {
+    let Some(first) = runs.first() else { return Ok(None) };
+    let shown = |run: &Run| {
+        let mut ids = representatives(&run.case, &moving(run));
         // Many runs have fewer each, so that every path has a colour of its own.
-        ids.truncate((3 * LINES / tracks.len()).max(1));
+        ids.truncate((3 * LINES / runs.len()).max(1));
         ids
     };
-    let scaled = tracks.iter().all(|track| diameter(track).is_some());
-    let axes = view(first.case);
+    let scaled = runs.iter().all(|run| diameter(run).is_some());
+    let axes = view(&first.case);
     let names = axes.map(|axis| ["x", "y", "z"][axis]);
     let mut series = Vec::new();
     let mut bands = Vec::<Series>::new();
     let mut frame = [0.0f64; 2];
-    for track in tracks {
-        let Track { label, case, rows, .. } = track;
-        let scale = diameter(track).filter(|_| scaled).unwrap_or(1.0);
-        let ids = shown(track);
-        for &id in ids.iter().filter(|_| !rows.is_empty()) {
-            let label = match (tracks.len(), ids.len()) {
-                // The title says it.
-                (1, 1) => String::new(),
-                (1, _) => case.called(id),
-                (_, 1) => (*label).to_owned(),
-                _ => format!("{label}, {}", case.called(id)),
-            };
-            let path = rows.curve(id, names[0], names[1], &label)?;
-            series.push(Series { points: cut(case, axes, scale, path.points), ..path });
+    for run in runs {
+        let case = &run.case;
+        let scale = diameter(run).filter(|_| scaled).unwrap_or(1.0);
+        for Group { label, table, .. } in run.name(bodies::each(run, &shown(run), &names)?, false) {
+            let places = table.column(names[0]).iter().zip(table.column(names[1]));
+            let places = places.map(|(x, y)| (*x, *y)).collect();
+            let points = cut(case, axes, scale, places);
+            series.push(Series { label, points, style: SeriesStyle::Line });
         }
         for band in case.measure.iter().filter_map(|measure| band(case, measure, axes, scale)) {
             if bands.iter().all(|other| other.points != band.points) {
@@ -79,23 +60,28 @@ pub fn paths(tracks: &[Track]) -> Result<Option<(Axes, Vec<Series>)>> {
     // Last, so that paths have the colours of their order.
     series.extend(bands);
     series.extend(obstacles(first, axes, scaled));
-    let [x_label, y_label] = labels(tracks, names, scaled);
-    let (drawn, all) = tracks
-        .iter()
-        .fold((0, 0), |(a, b), track| (a + shown(track).len(), b + moving(track).len()));
-    let title = match (tracks, &shown(first)[..]) {
+    let [x_label, y_label] = labels(runs, names, scaled);
+    let (drawn, all) =
+        runs.iter().fold((0, 0), |(a, b), run| (a + shown(run).len(), b + moving(run).len()));
+    let title = match (runs, &shown(first)[..]) {
         ([one], [id]) => format!("path of {}", one.case.called(*id)),
         _ if drawn < all => format!("paths of {drawn} of {all} bodies"),
         _ => "paths".into(),
     };
-    Ok(Some((Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() }, series)))
+    let axes = Axes { x_label, y_label, title, frame: Some(frame), ..Axes::default() };
+    Ok(Some(Chart { panels: vec![(axes, series)], beside: false }))
+}
+
+/// The bodies of a run that have paths.
+fn moving(run: &Run) -> Vec<usize> {
+    bodies::moving(&run.case, &run.asked)
 }
 
 /// Labels of the axes of these names, with the diameters that they are over.
-fn labels(tracks: &[Track], names: [&str; 2], scaled: bool) -> [String; 2] {
+fn labels(runs: &[Run], names: [&str; 2], scaled: bool) -> [String; 2] {
     let [x_label, y_label] =
         names.map(|name| if scaled { format!("{name}/d") } else { format!("{name} (m)") });
-    let lengths: Vec<f64> = tracks.iter().filter_map(diameter).collect();
+    let lengths: Vec<f64> = runs.iter().filter_map(diameter).collect();
     let (least, most) =
         lengths.iter().fold((f64::INFINITY, 0.0f64), |(low, high), d| (low.min(*d), high.max(*d)));
     let x_label = match scaled {
@@ -107,9 +93,9 @@ fn labels(tracks: &[Track], names: [&str; 2], scaled: bool) -> [String; 2] {
 }
 
 /// The outlines of the obstacles of a run at the start, in a plane through the middle of the box.
-fn obstacles(track: &Track, axes: [usize; 2], scaled: bool) -> Vec<Series> {
-    let case = track.case;
-    let scale = diameter(track).filter(|_| scaled).unwrap_or(1.0);
+fn obstacles(run: &Run, axes: [usize; 2], scaled: bool) -> Vec<Series> {
+    let case = &run.case;
+    let scale = diameter(run).filter(|_| scaled).unwrap_or(1.0);
     let size = axes.map(|axis| case.domain.size[axis]);
     let across = 3 - axes[0] - axes[1];
     let middle = 0.5 * case.domain.size.get(across).copied().unwrap_or(0.0);
@@ -125,10 +111,8 @@ fn obstacles(track: &Track, axes: [usize; 2], scaled: bool) -> Vec<Series> {
 }
 
 /// The diameter (m) of all particles whose paths are drawn, where it is one.
-fn diameter(track: &Track) -> Option<f64> {
-    let mut all = rows::moving(track.case, track.asked)
-        .into_iter()
-        .map(|id| track.case.particle[id].shape.diameter());
+fn diameter(run: &Run) -> Option<f64> {
+    let mut all = moving(run).into_iter().map(|id| run.case.particle[id].shape.diameter());
     let first = all.next()?;
     all.all(|other| (other - first).abs() < 1e-9 * first).then_some(first)
 }

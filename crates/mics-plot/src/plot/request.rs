@@ -31,13 +31,21 @@ pub struct Request {
     /// it, above and to the left: -0.6,-1,0.6 where z is up].
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub eye: Vec<f64>,
-    /// Draw paths, forces and speeds of this particle only, by its number (from 0) or its name, or
-    /// forces of the obstacle of a name; several with commas [default: all, of more than seven by
-    /// material and size].
+    /// Draw these columns of the tables of a run (docs/output.md names them), of steps.csv, of
+    /// particles and obstacles or of profile.csv: wx,wy in two panels, pressure_fx+viscous_fx in
+    /// one.
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    pub columns: Vec<String>,
+    /// The column that --columns are over [default: time, or the first of their table].
+    #[arg(long, value_name = "COLUMN")]
+    pub over: Option<String>,
+    /// Draw paths, loads, speeds and columns of this particle only, by its number (from 0) or its
+    /// name, or loads and columns of the obstacle of a name; several with commas [default: all, of
+    /// more than seven by material and size].
     #[arg(long = "particle", value_name = "PARTICLE", value_delimiter = ',')]
     pub particles: Vec<String>,
-    /// Draw forces and speeds of several runs, as of several seeds, as their mean with the area
-    /// that they spread over.
+    /// Draw loads, speeds and columns of several runs, as of several seeds, as their mean with the
+    /// area that they spread over.
     #[arg(long)]
     pub mean: bool,
     /// Where figures go that are named or of several runs [default: figures/ of the run, of
@@ -70,11 +78,13 @@ pub enum Figure {
     /// Forces on particles and obstacles over time, of all runs in one picture: of few a line each,
     /// of many by material and size.
     Forces,
-    /// Parts of the force across gravity over the height of a falling particle (Fig. 10).
-    ForceParts,
+    /// Torques on particles and obstacles over time, as forces.
+    Torques,
     /// Velocities of free particles over time, of all runs in one picture: of few a line each, of
     /// many by material and size.
     Speeds,
+    /// The columns of --columns, of all runs in one picture.
+    Columns,
     /// Mean velocity and solid fraction across layers of cells, where the case has
     /// `statistics.profile`.
     Profile,
@@ -102,9 +112,22 @@ impl Figure {
             .map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// The stem of its files.
-    pub(super) fn file(self) -> String {
-        self.name().replace('-', "_")
+    /// The stem of the files of a figure of curves.
+    pub(super) fn file(self) -> &'static str {
+        match self {
+            Figure::Paths => "paths",
+            Figure::Forces => "forces",
+            Figure::Torques => "torques",
+            Figure::Speeds => "speeds",
+            Figure::Profile => "profile",
+            Figure::Probes => "probes",
+            Figure::ProbeLines => "probe_lines",
+            Figure::Convergence => "convergence",
+            Figure::ConvergenceSteps => "convergence_steps",
+            Figure::Drag => "drag_over_reynolds",
+            Figure::Strouhal => "strouhal_over_reynolds",
+            _ => "columns",
+        }
     }
 
     fn is_strip(self) -> bool {
@@ -116,21 +139,17 @@ impl Figure {
     }
 
     fn is_of_particles(self) -> bool {
-        matches!(self, Figure::Paths | Figure::Forces | Figure::ForceParts | Figure::Speeds)
+        self.is_averaged() || self == Figure::Paths
+    }
+
+    /// Whether it can be a mean of runs.
+    fn is_averaged(self) -> bool {
+        matches!(self, Figure::Forces | Figure::Torques | Figure::Speeds | Figure::Columns)
     }
 
     /// Whether several runs make one picture.
     pub(super) fn joins_runs(self) -> bool {
-        matches!(
-            self,
-            Figure::Paths
-                | Figure::Forces
-                | Figure::Speeds
-                | Figure::Convergence
-                | Figure::ConvergenceSteps
-                | Figure::Drag
-                | Figure::Strouhal
-        )
+        !self.is_of_the_flow() && self != Figure::Solids
     }
 
     /// Contents of a run that it needs, for messages.
@@ -143,14 +162,11 @@ impl Figure {
             | Figure::StreamlinesStrip => "fields",
             Figure::Solids => "three dimensions, a particle or an obstacle, and fields",
             Figure::Paths => "a particle that moves, and its rows in particles.csv",
-            Figure::Forces => {
+            Figure::Forces | Figure::Torques => {
                 "a particle or an obstacle, and its rows in particles.csv or obstacles.csv"
             }
-            Figure::ForceParts => {
-                "a free particle with its rows in particles.csv, gravity, and a density other than \
-                the fluid's"
-            }
             Figure::Speeds => "a free particle, and its rows in particles.csv",
+            Figure::Columns => "--columns with two rows or more",
             Figure::Profile => "statistics with a profile (profile.csv)",
             Figure::Probes => "a [[probe]] of one point (probes.csv)",
             Figure::ProbeLines => "a [[probe]] of several points (probes.csv)",
@@ -171,6 +187,9 @@ impl Request {
         let view = &self.view;
         if !self.figures.is_empty() {
             return self.figures.clone();
+        }
+        if !self.columns.is_empty() {
+            return vec![Figure::Columns];
         }
         if view.field.is_some() || view.bodies.is_some() {
             return vec![Figure::Field];
@@ -205,14 +224,25 @@ impl Request {
         self.view.check()?;
         if !self.particles.is_empty() && !figures.iter().any(|figure| figure.is_of_particles()) {
             return refuse(
-                "--particle is of curves; ask for --figure paths, forces, force-parts or speeds"
+                "--particle is of curves; ask for --figure paths, forces, torques or speeds, or \
+                for --columns"
                     .into(),
             );
         }
-        let averages = figures.iter().any(|f| matches!(f, Figure::Forces | Figure::Speeds));
+        if figures.contains(&Figure::Columns) == self.columns.is_empty() {
+            return refuse(
+                "--columns and --figure columns go together; leave --figure away".into(),
+            );
+        }
+        if self.over.is_some() && self.columns.is_empty() {
+            return refuse("--over is of --columns; add them".into());
+        }
+        let averages = figures.iter().any(|figure| figure.is_averaged());
         if self.mean && (!averages || self.runs.len() < 2) {
             return refuse(
-                "--mean is of several runs; give two or more and --figure forces or speeds".into(),
+                "--mean is of several runs; give two or more and --figure forces, torques or \
+                speeds, or --columns"
+                    .into(),
             );
         }
         if let Some(time) = self.times.iter().find(|time| !time.is_finite()) {

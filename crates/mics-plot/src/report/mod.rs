@@ -9,7 +9,7 @@ mod numbers;
 mod page;
 mod solves;
 
-use crate::plot::{self, Rows, StepSolves};
+use crate::plot::{self, PARTICLES, Rows, StepSolves, Table};
 use mics_run::compare::Comparison;
 use mics_run::config::Case;
 use mics_run::file::replace;
@@ -21,14 +21,15 @@ use std::path::{Path, PathBuf};
 
 /// Contents of a run's folder.
 struct Run {
-    case: Case,
+    /// Its folder and its case.
+    of: plot::Run,
     provenance: Provenance,
     /// Summary; only of a run that has ended.
     summary: Option<Summary>,
-    /// Rows of `particles.csv`.
-    particles: Rows,
+    /// The largest speed (m/s) of each particle.
+    fastest: HashMap<usize, f64>,
     /// Columns of `steps.csv`.
-    steps: HashMap<String, Vec<f64>>,
+    steps: Table,
     /// The pressure solves of the last step that has a history.
     solves: Option<StepSolves>,
     log: String,
@@ -37,17 +38,22 @@ struct Run {
 impl Run {
     fn read(folder: &Path) -> Result<Run> {
         let provenance = Provenance::read(folder)?;
-        let case = plot::read_case(folder)?;
+        let of = plot::Run::read(folder, &[])?;
+        let steps = ["time", "step", "wall", "cfl", "divergence_max"];
         Ok(Run {
             provenance,
             // A run that goes on has no summary yet: the report is of what there is.
             summary: Summary::read(folder).ok(),
-            particles: Rows::read(folder, &case, &[]),
-            case,
+            fastest: fastest(folder)?,
+            of,
             solves: StepSolves::read(folder, None)?,
-            steps: steps(&folder.join("steps.csv")),
+            steps: Table::read(folder, "steps.csv", &steps)?.unwrap_or_default(),
             log: std::fs::read_to_string(folder.join("log.txt")).unwrap_or_default(),
         })
+    }
+
+    fn case(&self) -> &Case {
+        &self.of.case
     }
 
     fn status(&self) -> &str {
@@ -65,7 +71,7 @@ impl Run {
 
     /// A column of `steps.csv`; empty where there is none.
     fn column(&self, name: &str) -> &[f64] {
-        self.steps.get(name).map_or(&[], Vec::as_slice)
+        self.steps.column(name)
     }
 
     /// Every measure, its value and how it compares.
@@ -76,7 +82,7 @@ impl Run {
             let value = values.and_then(|v| v.get(&m.name)?.as_f64());
             (m, value, Comparison::of(m, value))
         };
-        self.case.measure.iter().map(of).collect()
+        self.case().measure.iter().map(of).collect()
     }
 }
 
@@ -98,13 +104,15 @@ pub fn write(folder: &Path, out: Option<&Path>) -> Result<PathBuf> {
     Ok(out)
 }
 
-/// The columns of `steps.csv` as numbers; none where there is no such file.
-fn steps(path: &Path) -> HashMap<String, Vec<f64>> {
-    let Some(mut reader) = plot::table(path) else { return HashMap::new() };
-    let Ok(names) = reader.headers().cloned() else { return HashMap::new() };
-    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
-    for record in reader.records().flatten() {
-        columns.iter_mut().zip(&record).for_each(|(c, v)| c.push(v.parse().unwrap_or(f64::NAN)));
+/// The largest speed (m/s) that each particle of a run has in its rows.
+fn fastest(folder: &Path) -> Result<HashMap<usize, f64>> {
+    let mut all = HashMap::new();
+    let columns = ["id", "vx", "vy", "vz"];
+    let Some(mut rows) = Rows::open(folder, PARTICLES, &columns)? else { return Ok(all) };
+    while let Some(row) = rows.advance()? {
+        let speed = row[1..].iter().map(|v| v * v).sum::<f64>().sqrt();
+        let most = all.entry(row[0] as usize).or_insert(0.0f64);
+        *most = most.max(speed);
     }
-    names.iter().map(str::to_owned).zip(columns).collect()
+    Ok(all)
 }

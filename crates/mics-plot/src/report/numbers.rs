@@ -21,10 +21,10 @@ fn number(name: &'static str, value: f64, definition: impl Into<String>) -> Numb
 
 /// The dimensionless numbers that the case and what the run did give.
 pub fn numbers(run: &Run) -> Vec<Number> {
-    let mut all = of_stream(&run.case);
+    let mut all = of_stream(run.case());
     all.extend(of_fastest(run));
-    all.extend(of_particles(&run.case));
-    all.extend(of_oscillations(&run.case));
+    all.extend(of_particles(run.case()));
+    all.extend(of_oscillations(run.case()));
     let courant = run.column("cfl").iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let definition = "largest sum over axes of |u| dt/h, over all steps";
     all.push(number("Courant", courant, definition));
@@ -72,9 +72,9 @@ fn of_stream(case: &Case) -> Vec<Number> {
 
 /// Numbers of the free particle with the largest Reynolds number.
 fn of_fastest(run: &Run) -> Vec<Number> {
-    let case = &run.case;
+    let case = run.case();
     let nu = case.fluid.kinematic_viscosity();
-    let free = run.particles.fastest.iter().filter_map(|(id, speed)| {
+    let free = run.fastest.iter().filter_map(|(id, speed)| {
         let p = case.particle.get(*id).filter(|p| nu > 0.0 && p.is_free())?;
         Some((*id, *speed, p.shape.diameter()))
     });

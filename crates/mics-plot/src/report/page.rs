@@ -20,14 +20,14 @@ pub fn page(run: &Run, figures: &[Figure]) -> Markup {
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="generator" content={ "mics " (run.provenance.version) };
-                title { (run.case.name) " \u{2013} mics report" }
+                title { (run.case().name) " \u{2013} mics report" }
                 link rel="icon" href="data:,";
                 style { (PreEscaped(include_str!("style.css"))) }
             }
             body {
                 header {
                     div {
-                        div.head { h1 { (run.case.name) } (status(run)) }
+                        div.head { h1 { (run.case().name) } (status(run)) }
                         p.soft { (lead(run)) }
                         @if let Some(reason) = run.failure() { p.notice { (reason) } }
                         @for note in notes(run) { p.notice { (note) } }
@@ -64,7 +64,7 @@ fn sections(run: &Run, figures: &[Figure]) -> Vec<(&'static str, &'static str, M
         html! { (figures) @if let Some(step) = &run.solves { (solves::table(step)) } }
     });
     let all = [
-        ("measures", "Measures", (!run.case.measure.is_empty()).then(|| measures(run))),
+        ("measures", "Measures", (!run.case().measure.is_empty()).then(|| measures(run))),
         ("flow", "The flow", shown(Part::Fields, "figures fields")),
         ("particles", "Particles", shown(Part::Particles, "figures curves")),
         ("records", "Profiles and probes", shown(Part::Records, "figures curves")),
@@ -118,13 +118,13 @@ fn status(run: &Run) -> Markup {
 
 /// The case in a sentence.
 fn lead(run: &Run) -> String {
-    let particles = match run.case.particle.len() {
+    let particles = match run.case().particle.len() {
         0 => "no particles".into(),
         1 => "one particle".into(),
         n => format!("{n} particles"),
     };
     let cells =
-        run.case.domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" \u{d7} ");
+        run.case().domain.cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" \u{d7} ");
     let start = run
         .provenance
         .start
@@ -134,8 +134,8 @@ fn lead(run: &Run) -> String {
         .replace('Z', " UTC");
     format!(
         "{}D, {cells} cells, {particles}, to t = {} s; begun {start}.",
-        run.case.dimension(),
-        run.case.time.end
+        run.case().dimension(),
+        run.case().time.end
     )
 }
 
@@ -149,13 +149,13 @@ fn tiles(run: &Run) -> Markup {
     let ranks = run.provenance.ranks;
     html! {
         dl.tiles {
-            div { dt { "Time reached" } dd { (short(time)) " s " small { "of " (run.case.time.end) }
-                } }
+            div { dt { "Time reached" } dd { (short(time)) " s "
+                small { "of " (run.case().time.end) } } }
             div { dt { "Steps" } dd { (steps) } }
             div { dt { "Wall clock" } dd { (short(wall)) " s " small { "on " (ranks)
                 @if ranks == 1 { " rank" } @else { " ranks" } } } }
             div { dt { "Largest |D|" } dd { (format!("{divergence:.1e}")) " " small { "of "
-                (format!("{:e}", run.case.pressure.divergence_limit)) " 1/s" } } }
+                (format!("{:e}", run.case().pressure.divergence_limit)) " 1/s" } } }
             @if let Some(s) = &run.summary {
                 div { dt { "Krylov iterations" }
                     dd { (short(s.krylov_iterations as f64 / s.steps.max(1) as f64)) " "
@@ -170,7 +170,7 @@ fn tiles(run: &Run) -> Markup {
 
 fn measures(run: &Run) -> Markup {
     let measures = run.measures();
-    let kind = |m| what(&run.case, m);
+    let kind = |m| what(run.case(), m);
     let compared = measures.iter().any(|m| m.2.is_some());
     html! {
         div.scroll { table {
@@ -183,7 +183,7 @@ fn measures(run: &Run) -> Markup {
                 th scope="row" { (m.name) }
                 td { (kind(m)) }
                 td.number { @match value {
-                    Some(v) => { (measured(*v)) " " (m.kind.unit(run.case.dimension())) }
+                    Some(v) => { (measured(*v)) " " (m.kind.unit(run.case().dimension())) }
                     None => "none"
                 } }
                 @if let Some(c) = comparison {
@@ -254,7 +254,7 @@ fn gallery(figures: &[&Figure], class: &str) -> Markup {
 }
 
 fn scene(run: &Run) -> Markup {
-    let case = &run.case;
+    let case = run.case();
     let solved = [case.describe_time(), case.describe_pressure(&run.provenance.solver)];
     let lines = [case.describe_box(), case.describe_bodies(), solved.to_vec()].concat();
     html! { dl.terms { @for lines in lines.chunk_by(|one, next| one.label == next.label) {
@@ -329,7 +329,7 @@ fn reproduce(run: &Run) -> Markup {
     let options =
         p.command.iter().position(|word| word == "--").map_or(&[][..], |at| &p.command[at..]);
     let options: String = options.iter().map(|word| format!(" {}", quoted(word))).collect();
-    let toml = run.case.to_toml();
+    let toml = run.case().to_toml();
     html! {
         p { "Save the case below, which has every default written out, as " code { "case.toml" }
             ", build mics at the commit below, and run" }

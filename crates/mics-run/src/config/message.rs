@@ -41,7 +41,15 @@ pub(super) fn reword(
         let keys: Vec<_> = table.keys().map(|key| format!("`{}`", key.get_ref())).collect();
         let found = if keys.is_empty() { "none".into() } else { keys.join(" and ") };
         let known = choices(&path).unwrap_or_default();
-        format!("found {found}, wanted exactly one of `{}`", known.join("`, `"))
+        // The table over time is a part of what varies.
+        let within = keys.iter().any(|key| key == "`over_time`") && keys.len() > 1;
+        let cure = if within {
+            "; `over_time` stands within it, as in inflow = { velocity = [1.0, 0.0], over_time = \
+            { ... } }"
+        } else {
+            ""
+        };
+        format!("found {found}, wanted exactly one of `{}`{cure}", known.join("`, `"))
     } else if let Some((_, wanted)) = raw.split_once(", expected ") {
         let wanted = match wanted {
             "f64" => "a number",
