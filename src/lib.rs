@@ -84,7 +84,6 @@
 //! | [`scene`] | case to scene: builds only what the scene needs |
 //! | [`launch`] | ranks that the program starts by itself |
 //! | [`run`], [`check`](mod@check), [`output`] | time loop, scene description, what a run leaves |
-//! | [`validate`](mod@validate) | the shipped cases beside their references |
 //! | [`clock`] | where the time goes |
 //! | [`archive`], [`system`] | state written and read; the machine |
 //!
@@ -128,7 +127,6 @@ pub mod state;
 pub mod step_size;
 pub(crate) mod sums;
 pub mod system;
-pub mod validate;
 pub mod varying;
 
 pub use mics_run::{Error, Result, config, error, interrupt};

@@ -239,7 +239,7 @@ pub const BAD_BODIES: &[Row] = &[
     ),
     (
         "kind = \"drag_coefficient\"", "kind = \"strouhal\"\nfrom = 5.0", "from", "measure.0.from",
-        &["before time.end = 0.1 s"],
+        &["must be before time.end", "time.end is 0.1 s"],
     ),
     ("kind = \"drag_coefficient\"", "kind = \"drag_coefficient\"\n[[measure]]\nname = \"drag\"\n\
         kind = \"max_speed\"", "name = \"drag\"", "measure.1.name", &["names another measure"]),

@@ -27,7 +27,7 @@ const BAD: &[Row] = &[
     (&["validate", "--quick", "--full"], &["'--quick'", "'--full'"]),
     (
         &["validate", "nonsense", "--out", "@out"],
-        &["no case begins with \"nonsense\"", "\"settling-disc N 8\""],
+        &["no case begins with \"nonsense\"", "`settling-disc N 8`"],
     ),
     (&["validate", "settling", "--out", "@out", "--compare", "@absent.md"], &["absent.md: cannot \
         be read", "--compare"]),

@@ -337,11 +337,10 @@ fn program() -> Vec<PathBuf> {
 
 /// Most fields of a type, and those that have more.
 const FIELDS: usize = 12;
-const MANY_FIELDS: [(&str, &str); 5] = [
+const MANY_FIELDS: [(&str, &str); 4] = [
     ("Case", "a key of a case's file each"),
     ("Measure", "a key of a measure's table each"),
     ("State", "all that lasts from step to step, as a checkpoint has it"),
-    ("Study", "a key of a study's file each"),
     ("Swarm", "a key of a swarm's table each"),
 ];
 

@@ -196,7 +196,7 @@ fn validate_prints_value_reference_error_and_verdict() {
         assert!(row.contains(part), "no `{part}` in {row}");
     }
     assert!(said.trim_end().ends_with("7 of 7 values pass"), "{said}");
-    assert!(out.join("settling-disc-N-8/summary.json").exists());
+    assert!(out.join("runs/case=settling-disc_N_8/1/summary.json").exists());
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! References of the runs of a study, run by run, and spreads over positions.
+//! References of the runs of a study, run by run, and their worst errors over positions.
 
 use crate::study::{rows, study, written};
 use std::collections::HashMap;
@@ -6,6 +6,7 @@ use std::collections::HashMap;
 /// Three Reynolds numbers, of which the reference knows two, at two places each.
 const PLACES: &str = r#"name = "tiny"
 case = "case.toml"
+over = ["place"]
 
 [[axis]]
 name = "Re"
@@ -22,18 +23,14 @@ choices = [
   { label = "b", set = { "initial.velocity" = [1.1, 0.0] } },
 ]
 
-[[reference]]
-measure = "speed"
+[reference.speed]
 file = "exact.csv"
 column = "speed"
-row_of = { re = "Re" }
-
-[spread]
-over = ["place"]
+row = { re = "Re" }
 "#;
 
 #[test]
-fn study_references_by_row_and_spread_over_positions() {
+fn study_references_by_row_and_worst_error_over_positions() {
     let (dir, file) = written(PLACES);
     let out = dir.path().join("out");
     let (code, said, error) = study(&file, &out, &[]);
@@ -52,56 +49,41 @@ fn study_references_by_row_and_spread_over_positions() {
         assert!(off.is_none_or(|off| off.abs() < 1e-12), "{row:?}");
     }
 
-    let spread = std::fs::read_to_string(out.join("spread.md")).unwrap();
-    assert!(said.contains(&spread), "{said}");
-    let lines: Vec<Vec<&str>> = spread
+    let text = std::fs::read_to_string(out.join("study.md")).unwrap();
+    assert!(said.contains(&text), "{said}");
+    let lines: Vec<Vec<&str>> = text
         .lines()
         .map(|line| line[1..line.len() - 1].split('|').map(str::trim).collect())
         .collect();
-    assert_eq!(lines[0], ["Re", "runs", "speed", "mean", "worst error", "mean error"]);
-    assert_eq!(lines.len(), 2 + 3, "{spread}");
+    assert_eq!(lines[0][..4], ["Re", "runs", "speed", "CPU time (s)"]);
+    assert_eq!(lines.len(), 2 + 3, "{text}");
     for (line, re) in lines[2..].iter().zip(["40", "100", "150"]) {
         let of = |name: &str| -> Vec<f64> {
             table.iter().filter(|row| row["Re"] == re).filter_map(|row| number(row, name)).collect()
         };
-        let (speeds, errors) = (of("speed"), of("speed_error"));
+        let speeds = of("speed");
         assert!(speeds.len() == 2 && speeds[0] != speeds[1], "the place matters: {speeds:?}");
-        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-        let worst =
-            errors.iter().copied().fold(0.0f64, |w, e| if e.abs() > w.abs() { e } else { w });
-        let range = [speeds[0].min(speeds[1]), speeds[0].max(speeds[1])]
-            .map(|v| format!("{v:.3}"))
-            .join(" ... ");
-        assert_eq!(line[..4], [re, "2", &range, &format!("{:.3}", mean(&speeds))]);
-        let percent = |error: f64| format!("{:+.2} %", 100.0 * error);
-        let expected = if re == "150" {
-            [String::new(), String::new()]
-        } else {
-            [worst, mean(&errors)].map(percent)
-        };
-        assert_eq!(line[4..], expected, "{spread}");
+        let low = speeds[0].min(speeds[1]);
+        let high = speeds[0].max(speeds[1]);
+        let worst = of("speed_error").into_iter().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let error = worst.map_or(String::new(), |worst| format!(" ({:+.2} %)", 100.0 * worst));
+        assert_eq!(line[..3], [re, "2", &format!("{low:.3} ... {high:.3}{error}")], "{text}");
     }
 }
 
 #[test]
-fn wrong_study_reference_or_spread_is_refused() {
+fn wrong_study_reference_is_refused() {
     for (from, to, line, says) in [
-        ("row_of = { re =", "row_of = { rey =", 23, "has no column `rey`; did you mean `re`?"),
-        (
-            "row_of = { re = \"Re\" }",
-            "row_of = { re = \"re\" }",
-            23,
-            "no axis or label `re`; known here: `Re`, `place`",
-        ),
-        ("row_of = { re = \"Re\" }", "row_of = { re = \"ranks\" }", 23, "no axis or label `ranks`"),
-        ("row_of = { re = \"Re\" }", "value = 1.0\nrow_of = { re = \"Re\" }", 19, "drop one"),
+        ("row = { re =", "row = { rey =", 23, "has no column `rey`; did you mean `re`?"),
+        ("row = { re = \"Re\" }", "row = { re = \"re\" }", 23, "0 rows of"),
+        ("row = { re = \"Re\" }", "run = { Re = 40 }", 23, "drop one"),
         (
             "over = [\"place\"]",
             "over = [\"plaec\"]",
-            26,
+            3,
             "no axis or label `plaec`; did you mean `place`?",
         ),
-        ("over = [", "ovre = [", 26, "did you mean `over`?"),
+        ("over = [", "ovre = [", 3, "did you mean `over`?"),
     ] {
         assert!(PLACES.contains(from), "{from}");
         let (dir, file) = written(&PLACES.replacen(from, to, 1));
@@ -120,8 +102,7 @@ fn wrong_study_reference_or_spread_is_refused() {
 fn study_reference_applies_to_cases_with_the_measure() {
     let text = "name = \"tiny\"\ncase = \"case.toml\"\n[[row]]\nlabels = { what = \"speed\" }\n\
         [[row]]\n\
-                labels = { what = \"drag\" }\ncase = \"other.toml\"\n[[reference]]\n\
-                    measure = \"drag\"\nvalue = 2.0\n";
+        labels = { what = \"drag\" }\nset = { case = \"other.toml\" }\n[reference]\ndrag = 2.0\n";
     let (dir, file) = written(text);
     let other = std::fs::read_to_string(dir.path().join("case.toml")).unwrap();
     let other = other.replace("\"speed\"", "\"drag\"").replace("max_speed", "drag_coefficient");

@@ -86,6 +86,13 @@ fn shipped(name: &str) -> Result<&'static (&'static str, &'static [(&'static str
     })
 }
 
+/// The text of a file of the shipped cases, as `CASE/FILE`; empty where there is none.
+pub fn text(file: &str) -> &'static str {
+    let (case, file) = file.split_once('/').unwrap_or_default();
+    let files = shipped(case).map_or(&[][..], |(_, files)| files);
+    files.iter().find(|(name, _)| *name == file).map_or("", |(_, text)| text)
+}
+
 /// Scene of a case in words: the first sentence of its first comment.
 fn scene(files: &[(&str, &str)]) -> String {
     let text = files.iter().find(|(file, _)| *file == CASE).map_or("", |(_, text)| text);

@@ -4,12 +4,13 @@ mod cases;
 mod export;
 mod ranks;
 mod study;
+mod validate;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use mics::launch::Ranks;
 use mics::run::Request;
-use mics::{Error, Result, check, run, validate};
+use mics::{Error, Result, check, run};
 use mics_plot::{film, plot, report};
 use mics_run::print;
 use std::io::Write as _;
@@ -71,8 +72,7 @@ enum Command {
         #[arg(long)]
         quiet: bool,
     },
-    /// Run a case over a table of overrides and PETSc options: study.csv, study.md, work-precision
-    /// figures.
+    /// Run a case over a table of overrides: study.csv, study.md, figures of values and errors.
     Study(study::Request),
     /// Write the linear system of one pressure solve of a case, for other programs to read and
     /// solve.
@@ -119,30 +119,7 @@ enum Command {
     },
     /// Run the shipped cases and compare them with their references; status 1 where any falls
     /// short.
-    Validate {
-        /// Only the cases whose names begin so.
-        names: Vec<String>,
-        /// The short cases only, under five minutes; the default.
-        #[arg(long, conflicts_with = "full")]
-        quick: bool,
-        /// All cases with a reference.
-        #[arg(long, conflicts_with = "names")]
-        full: bool,
-        /// Where the runs go.
-        #[arg(long, value_name = "DIR", default_value = "runs/validate")]
-        out: PathBuf,
-        /// Print a page of Markdown, as docs/accuracy.md is one.
-        #[arg(long)]
-        markdown: bool,
-        /// Compare with such a page, and name the values that have moved since by more than a tenth
-        /// of their tolerance; the status is then 1 where there are any, and 0 where values fall
-        /// short as the page has them.
-        #[arg(long, value_name = "PAGE")]
-        compare: Option<PathBuf>,
-        /// PETSc options, after --.
-        #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
-        petsc: Vec<String>,
-    },
+    Validate(validate::Request),
     /// Print the JSON Schema of a case, for editors.
     Schema {
         /// The keys in words instead, as the page docs/keys.md of the book.
@@ -226,20 +203,7 @@ fn act(command: Command) -> Result<u8> {
         }
         Command::New { dir, template } => cases::begin(&dir, &template),
         Command::Cases { action } => cases::cases(action),
-        Command::Validate { names, full, out, markdown, compare, petsc, .. } => {
-            let draw = plot::draw_run;
-            let commit = COMMIT;
-            validate::validate(&validate::Request {
-                names,
-                full,
-                out,
-                markdown,
-                compare,
-                petsc,
-                draw,
-                commit,
-            })
-        }
+        Command::Validate(request) => validate::validate(&request),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "mics", &mut script);

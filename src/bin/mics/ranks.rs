@@ -20,9 +20,9 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// mpirun on so many ranks, on fewer cores if need be, with a session folder of its own, which goes
 /// with it: the usual one is shared by all of a user's programs, and the first to end takes it away
 /// from those that begin.
-pub struct Mpirun {
+struct Mpirun {
     /// The command `mpirun`, to which the program that the ranks run is to be added.
-    pub command: Command,
+    command: Command,
     session: PathBuf,
 }
 
@@ -31,7 +31,7 @@ impl Mpirun {
     ///
     /// # Errors
     /// When its folder cannot be made.
-    pub fn new(ranks: usize) -> Result<Mpirun> {
+    fn new(ranks: usize) -> Result<Mpirun> {
         let session = env::temp_dir().join(format!("mics-ranks-{}", std::process::id()));
         fs::create_dir_all(&session).map_err(Error::io(&session))?;
         let mut command = Command::new("mpirun");

@@ -143,13 +143,19 @@ impl<'a> Document<'a> {
 
     /// The case that it describes, not yet checked.
     pub(super) fn to_case(&self) -> Result<Case, Fault> {
-        for (path, instead) in GONE {
+        self.refuse_gone(&GONE)?;
+        self.to(&TABLES)
+    }
+
+    /// Refuses keys of earlier versions, each with its replacement.
+    pub(super) fn refuse_gone(&self, gone: &[(&str, &str)]) -> Result<(), Fault> {
+        for (path, instead) in gone {
             let keys: Vec<_> = path.split('.').collect();
             if let Some(key) = given(self.root.get_ref(), &keys) {
-                return Err(Fault { key, message: instead.to_owned() });
+                return Err(Fault { key, message: (*instead).to_owned() });
             }
         }
-        self.to(&TABLES)
+        Ok(())
     }
 
     /// The value that it describes, not yet checked; `tables` are the keys that are tables.

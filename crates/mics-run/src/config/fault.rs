@@ -3,6 +3,7 @@
 use std::fmt::Display;
 
 /// A refusal: the dotted path of the key, and what would be right.
+#[derive(Debug)]
 pub struct Fault {
     /// Its dotted path.
     pub key: String,

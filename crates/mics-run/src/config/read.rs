@@ -167,9 +167,17 @@ impl Text {
         Ok(Text { file: file.to_owned(), text: read(file, kind)? })
     }
 
-    /// The value that it describes; `tables` are the keys at its top that are tables.
-    pub fn to<T: DeserializeOwned>(&self, tables: &[&str]) -> Result<T> {
-        Document::plain(&self.file, &self.text)?.to(tables).map_err(|fault| self.refuse(fault))
+    /// A file whose text is known.
+    pub fn new(file: &Path, text: &str) -> Text {
+        Text { file: file.to_owned(), text: text.to_owned() }
+    }
+
+    /// The value that it describes; `tables` are the keys at its top that are tables, `gone` keys
+    /// of earlier versions, each with its replacement.
+    pub fn to<T: DeserializeOwned>(&self, tables: &[&str], gone: &[(&str, &str)]) -> Result<T> {
+        let document = Document::plain(&self.file, &self.text)?;
+        let value = document.refuse_gone(gone).and_then(|()| document.to(tables));
+        value.map_err(|fault| self.refuse(fault))
     }
 
     /// The refusal of a key, with its line.

@@ -2,7 +2,7 @@
 //! there.
 
 use super::planned::Planned;
-use crate::ranks::Mpirun;
+use mics_run::interrupt::Interrupt;
 use mics_run::progress;
 use mics_run::{Error, Result};
 use rustix::process::{Pid, Signal, kill_process};
@@ -11,7 +11,7 @@ use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use std::{env, fs, thread};
+use std::{env, fs, io, thread};
 
 /// End of a run, and what it left.
 pub struct Outcome {
@@ -26,7 +26,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// The end of a run that was not even tried, or left nothing.
+    /// The end of a run that was not even tried.
     pub fn refused(message: &str) -> Outcome {
         let commit = crate::COMMIT.to_owned();
         Outcome { status: "refused", message: message.into(), summary: Value::Null, commit }
@@ -44,25 +44,17 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&text).unwrap_or_default()
 }
 
-/// End of this very run in a folder, finished earlier: the same case, PETSc options and ranks.
-/// `None` if it is to be run.
+/// End of this very run in a folder, finished earlier: the same case on as many ranks. `None` if it
+/// is to be run.
 pub fn kept(run: &Planned, folder: &Path) -> Option<Outcome> {
     let summary = json(&folder.join("summary.json"));
     let record = json(&folder.join("run.json"));
     let case = fs::read_to_string(folder.join("case.toml")).ok()?;
-    let command = record["command"].as_array()?.iter().filter_map(Value::as_str);
-    let petsc: Vec<&str> = command.skip_while(|word| *word != "--").skip(1).collect();
     let same = run.loaded.as_ref().is_ok_and(|loaded| loaded.to_toml() == case)
         && record["ranks"] == run.ranks
-        && petsc == run.petsc;
+        && summary["status"] == "done";
     let commit = record["git_commit"].as_str().unwrap_or_default().to_owned();
-    let status = summary["status"].as_str()?;
-    (same && status == "done").then(|| Outcome {
-        status: "done",
-        message: notes(&summary),
-        summary,
-        commit,
-    })
+    same.then(|| Outcome { status: "done", message: notes(&summary), summary, commit })
 }
 
 /// Time between two lines of a run's progress.
@@ -70,53 +62,72 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 /// Time between two looks whether a run has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Signals that ask a run over its limit to end, one after another: to stop after its step, to stop
-/// at once, and one that leaves no choice; mpirun hands the first on to its ranks, and ends them
-/// with the second.
-const ENDINGS: [Signal; 3] = [Signal::USR1, Signal::TERM, Signal::KILL];
+/// Signals that ask a run to end, one after another: to stop after its step, to stop at once, and
+/// one that leaves no choice.
+const ENDINGS: [Signal; 3] = [Signal::USR1, Signal::USR1, Signal::KILL];
 /// Time that each of them is given.
 const GRACE: Duration = Duration::from_secs(3);
 
-/// Waits for a run, and says every now and then on standard error how far it is, `name` ahead;
-/// returns what it said there, and whether it was ended for its `limit`.
-fn wait(
-    command: &mut Command,
-    folder: &Path,
-    name: &str,
-    limit: Option<Duration>,
-) -> std::io::Result<(Output, bool)> {
-    let mut child =
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
-    let stderr = child.stderr.take();
-    let reader = thread::spawn(move || {
-        let mut said = Vec::new();
-        stderr.map(|mut pipe| pipe.read_to_end(&mut said));
-        said
-    });
-    let began = Instant::now();
-    let mut next = began + LINE_EVERY;
-    let mut asked = 0;
-    let status = loop {
-        if let Some(status) = child.try_wait()? {
-            break status;
-        }
-        thread::sleep(LOOK_EVERY);
-        let over = limit.is_some_and(|limit| began.elapsed() >= limit + GRACE * asked as u32);
-        if let Some(signal) = ENDINGS.get(asked).filter(|_| over) {
-            // One that has just ended by itself is no failure to end it.
-            let _ = kill_process(Pid::from_child(&child), *signal);
-            asked += 1;
-        }
-        if Instant::now() >= next {
-            next += LINE_EVERY;
-            // A folder without progress is that of a run that has not begun.
-            if let Some(line) = progress::newest(folder) {
-                let _ = writeln!(std::io::stderr(), "{name}: {line}");
+/// What bounds a run: its time, and whoever asks the study to stop.
+pub struct Bounds {
+    /// Wall-clock time that it may take.
+    pub limit: Option<Duration>,
+    /// Whether the study is asked to stop.
+    pub interrupt: Interrupt,
+}
+
+impl Bounds {
+    /// Status of a run that goes on for so long; `None` while it may go on.
+    fn over(&self, elapsed: Duration) -> Option<&'static str> {
+        let slow = self.limit.is_some_and(|limit| elapsed >= limit).then_some("too slow");
+        if self.interrupt.asked() { Some("interrupted") } else { slow }
+    }
+
+    /// Waits for a run, ends it where it is over its bounds, and says every now and then on
+    /// standard error how far it is, `name` ahead; returns what it said there, and its status where
+    /// it was ended.
+    fn wait(
+        &self,
+        command: &mut Command,
+        folder: &Path,
+        name: &str,
+    ) -> io::Result<(Output, Option<&'static str>)> {
+        let mut child =
+            command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
+        let stderr = child.stderr.take();
+        let reader = thread::spawn(move || {
+            let mut said = Vec::new();
+            stderr.map(|mut pipe| pipe.read_to_end(&mut said));
+            said
+        });
+        let began = Instant::now();
+        let mut next_line = began + LINE_EVERY;
+        let mut next_ending = began;
+        let mut endings = ENDINGS.iter();
+        let mut over = None;
+        let status = loop {
+            if let Some(status) = child.try_wait()? {
+                break status;
             }
-        }
-    };
-    let output = Output { status, stdout: Vec::new(), stderr: reader.join().unwrap_or_default() };
-    Ok((output, asked > 0))
+            thread::sleep(LOOK_EVERY);
+            let now = Instant::now();
+            over = over.or_else(|| self.over(began.elapsed()));
+            if over.is_some() && now >= next_ending {
+                next_ending = now + GRACE;
+                // One that has just ended by itself is no failure to end it.
+                let _ = endings.next().map(|signal| kill_process(Pid::from_child(&child), *signal));
+            }
+            if now >= next_line {
+                next_line += LINE_EVERY;
+                // A folder without progress is that of a run that has not begun.
+                if let Some(line) = progress::newest(folder) {
+                    let _ = writeln!(io::stderr(), "{name}: {line}");
+                }
+            }
+        };
+        let stderr = reader.join().unwrap_or_default();
+        Ok((Output { status, stdout: Vec::new(), stderr }, over))
+    }
 }
 
 /// Words on a run that was ended for its limit, with how far it was.
@@ -128,51 +139,36 @@ fn too_slow(folder: &Path, limit: Duration) -> String {
     format!("ended after {} s, {reached} (limit_seconds)", limit.as_secs_f64())
 }
 
-/// Runs it into a folder, and waits for it, for the `limit` at most; lines of its progress begin
-/// with `name`.
+/// Runs it into a folder, and waits for it within its bounds; lines of its progress begin with
+/// `name`.
 ///
 /// # Errors
 /// When this program cannot be started. A run that fails is an outcome.
-pub fn run(run: &Planned, folder: &Path, name: &str, limit: Option<Duration>) -> Result<Outcome> {
-    if let Err(refusal) = &run.loaded {
-        return Ok(Outcome::refused(&refusal.why));
-    }
+pub fn run(run: &Planned, folder: &Path, name: &str, bounds: &Bounds) -> Result<Outcome> {
     let program = env::current_exe().map_err(Error::io("this program"))?;
-    let mut mpirun;
-    let mut alone = Command::new(&program);
-    let ranks = run.ranks.to_string();
-    let command = if run.ranks == 1 {
-        &mut alone
-    } else {
-        mpirun = Mpirun::new(run.ranks)?;
-        mpirun.command.arg(&program)
-    };
+    let mut command = Command::new(&program);
     command.arg("run").arg(&run.case).args(["--quiet", "--force", "--out"]).arg(folder);
-    command.args((run.ranks == 1).then_some(["--ranks", &ranks]).into_iter().flatten());
-    add_choices(command, run);
+    command.args(["--ranks", &run.ranks.to_string()]);
+    add_overrides(&mut command, run);
     // Files that an earlier try left must not be taken for this one's.
     for file in ["summary.json", progress::FILE] {
-        match fs::remove_file(folder.join(file)) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                return Err(Error::io(folder.join(file))(e));
-            }
-            _ => {}
-        }
+        absent(fs::remove_file(folder.join(file)), &folder.join(file))?;
     }
-    let waited = wait(command, folder, name, limit);
-    let (ended, slow) = waited.map_err(Error::io(command.get_program()))?;
+    let waited = bounds.wait(&mut command, folder, name);
+    let (ended, over) = waited.map_err(Error::io(program))?;
     let words = words(run, &ended.stderr);
     let summary = json(&folder.join("summary.json"));
-    let status = match ended.status.code() {
-        Some(0) if summary["status"] == "done" => "done",
-        _ if slow => "too slow",
-        Some(2) => "refused",
-        Some(130) => "interrupted",
+    let status = match (ended.status.code(), over) {
+        (Some(0), _) if summary["status"] == "done" => "done",
+        (_, Some(over)) => over,
+        (Some(2), _) => "refused",
+        (Some(130), _) => "interrupted",
         _ => "failed",
     };
     let message = match (status, words.as_str()) {
         ("done", _) => notes(&summary),
-        ("too slow", _) => too_slow(folder, limit.unwrap_or_default()),
+        ("too slow", _) => too_slow(folder, bounds.limit.unwrap_or_default()),
+        ("interrupted", _) => "asked to stop".into(),
         (_, "") => format!("it ended with {} and said nothing", ended.status),
         _ => words,
     };
@@ -185,21 +181,20 @@ pub fn run(run: &Planned, folder: &Path, name: &str, limit: Option<Duration>) ->
 /// # Errors
 /// When this program cannot be started.
 pub fn refusal(run: &Planned) -> Result<Option<String>> {
+    if let Err(refusal) = &run.loaded {
+        return Ok(Some(refusal.why.clone()));
+    }
     let program = env::current_exe().map_err(Error::io("this program"))?;
     let mut command = Command::new(&program);
     command.arg("check").arg(&run.case).arg("--quiet");
-    add_choices(&mut command, run);
+    add_overrides(&mut command, run);
     let ended =
         command.stdin(Stdio::null()).stdout(Stdio::null()).output().map_err(Error::io(program))?;
     Ok((ended.status.code() == Some(2)).then(|| words(run, &ended.stderr)))
 }
 
-/// The overrides and PETSc options of a run.
-fn add_choices(command: &mut Command, run: &Planned) {
+fn add_overrides(command: &mut Command, run: &Planned) {
     command.args(run.set.iter().flat_map(|given| ["--set", given]));
-    if !run.petsc.is_empty() {
-        command.arg("--").args(&run.petsc);
-    }
 }
 
 /// Words of a run on its failure, without what the study says anyway.
@@ -221,11 +216,15 @@ fn words(run: &Planned, stderr: &[u8]) -> String {
 /// When they cannot be deleted.
 pub fn drop_fields(folder: &Path) -> Result<()> {
     for name in ["fields", "checkpoint"] {
-        let place = folder.join(name);
-        match fs::remove_dir_all(&place) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(place)(e)),
-            _ => {}
-        }
+        absent(fs::remove_dir_all(folder.join(name)), &folder.join(name))?;
     }
     Ok(())
+}
+
+/// What was to be removed may have been absent.
+fn absent(removed: io::Result<()>, place: &Path) -> Result<()> {
+    match removed {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(Error::io(place)(e)),
+        _ => Ok(()),
+    }
 }

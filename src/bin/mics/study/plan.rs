@@ -1,18 +1,15 @@
-//! The runs of a study: the product of its axes and its listed rows, on each number of ranks, every
-//! case read and checked.
+//! The runs of a study: the product of its axes and its listed rows, every case read and checked.
 
-use super::columns;
-use super::file::{Study, fault, label};
-use super::planned::{Planned, Refusal, reason};
+use super::columns::number_columns;
+use super::file::{Axis, Choice, Listed, Study, fault};
+use super::planned::{Planned, Refusal};
 use super::reference::{Compared, references};
-use super::sheet::Sheet;
 use mics::scene::read_case;
-use mics_plot::study::Others;
 use mics_run::Result;
 use mics_run::config::{Text, suggest};
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-use toml::Table;
+use std::collections::BTreeMap;
+use std::path::Path;
+use toml::Value;
 
 /// The runs of a study, and what they are compared with.
 pub struct Plan {
@@ -20,19 +17,15 @@ pub struct Plan {
     pub names: Vec<String>,
     /// The runs, in their order.
     pub runs: Vec<Planned>,
-    /// References that measures are compared with.
-    pub references: Vec<Compared>,
-    /// Errors of other programs, and their costs.
-    pub others: Vec<Others>,
+    /// References of measures, by the measure.
+    pub references: BTreeMap<String, Compared>,
 }
 
-/// Additions to a run by a choice of an axis, or by a listed row.
+/// Labels and overrides of a run, by choices of axes or by a listed row.
 #[derive(Clone, Default)]
 struct Draft {
     labels: BTreeMap<String, String>,
-    case: Option<PathBuf>,
-    set: Vec<String>,
-    petsc: Vec<String>,
+    set: Vec<(String, Value)>,
     sources: Vec<String>,
 }
 
@@ -40,104 +33,80 @@ impl Draft {
     fn with(&self, other: &Draft) -> Draft {
         let mut both = self.clone();
         both.labels.extend(other.labels.clone());
-        both.case = other.case.clone().or(both.case);
         both.set.extend(other.set.iter().cloned());
-        both.petsc.extend(other.petsc.iter().cloned());
         both.sources.extend(other.sources.iter().cloned());
         both
     }
 }
 
-fn words(options: &str) -> Vec<String> {
-    options.split_whitespace().map(str::to_owned).collect()
+/// The choices of each axis, as drafts.
+fn choices(study: &Study) -> Vec<Vec<Draft>> {
+    let of = |(index, axis): (usize, &Axis)| {
+        let draft = |(k, Choice { label, set }): (usize, Choice)| Draft {
+            labels: [(axis.name.clone(), label.0)].into(),
+            set: set.into_iter().collect(),
+            sources: vec![format!("axis.{index}.{}.{k}", axis.list())],
+        };
+        axis.all().into_iter().enumerate().map(draft).collect()
+    };
+    study.axis.iter().enumerate().map(of).collect()
 }
 
-fn overrides(set: &Table) -> Vec<String> {
-    set.iter().map(|(key, value)| format!("{key}={value}")).collect()
+/// Each of some drafts with each of others.
+fn product(drafts: Vec<Draft>, others: &[Draft]) -> Vec<Draft> {
+    drafts.iter().flat_map(|draft| others.iter().map(|other| draft.with(other))).collect()
 }
 
-/// The product of the axes, then the listed rows.
+/// The product of the axes, then each listed row with the axes that it does not label. Rows that
+/// label no axis stand in for the case itself.
 fn drafts(study: &Study) -> Vec<Draft> {
-    let mut product = vec![Draft::default()];
-    for (index, axis) in study.axis.iter().enumerate() {
-        let place = |list: &str, k: usize| vec![format!("axis.{index}.{list}.{k}")];
-        let of_key = axis
-            .key
-            .iter()
-            .flat_map(|key| axis.values.iter().enumerate().map(move |(k, v)| (k, key, v)));
-        let values = of_key.map(|(k, key, value)| Draft {
-            set: vec![format!("{key}={value}")],
-            sources: place("values", k),
-            ..Draft::default()
-        });
-        let choices = axis.choices.iter().enumerate().map(|(k, choice)| Draft {
-            set: overrides(&choice.set),
-            petsc: words(&choice.petsc),
-            sources: place("choices", k),
-            ..Draft::default()
-        });
-        let named: Vec<Draft> = values
-            .chain(choices)
-            .zip(axis.labels())
-            .map(|(draft, label)| Draft { labels: [(axis.name.clone(), label)].into(), ..draft })
-            .collect();
-        product = product
-            .iter()
-            .flat_map(|draft| named.iter().map(|choice| draft.with(choice)))
-            .collect();
-    }
-    // Without axes the product is the case itself, which rows stand in for.
-    if study.axis.is_empty() && !study.row.is_empty() {
-        product.clear();
-    }
-    let rows = study.row.iter().enumerate().map(|(index, row)| Draft {
-        labels: row.labels.iter().map(|(name, value)| (name.clone(), label(value))).collect(),
-        case: row.case.clone(),
-        set: overrides(&row.set),
-        petsc: words(&row.petsc),
-        sources: vec![format!("row.{index}")],
+    let axes = choices(study);
+    let all = || study.axis.iter().zip(&axes);
+    let rows = study.row.iter().enumerate().flat_map(|(index, row)| {
+        let own = Draft {
+            labels: row.labels.iter().map(|(name, l)| (name.clone(), l.0.clone())).collect(),
+            set: row.set.clone().into_iter().collect(),
+            sources: vec![format!("row.{index}")],
+        };
+        let others = all().filter(|(axis, _)| !row.labels.contains_key(&axis.name));
+        others.fold(vec![own], |drafts, (_, choices)| product(drafts, choices))
     });
-    product.into_iter().chain(rows).collect()
+    let labelled = |row: &Listed| study.axis.iter().any(|axis| row.labels.contains_key(&axis.name));
+    let mut drafts = Vec::new();
+    if study.row.is_empty() || study.row.iter().any(labelled) {
+        drafts =
+            all().fold(vec![Draft::default()], |drafts, (_, choices)| product(drafts, choices));
+    }
+    drafts.extend(rows);
+    drafts
 }
 
 /// The folder's name of a run.
-fn id(names: &[String], labels: &[String], ranks: Option<usize>) -> String {
+fn id(names: &[String], labels: &[String]) -> String {
     let named = names.iter().zip(labels).filter(|(_, label)| !label.is_empty());
-    let parts = named.map(|(name, label)| format!("{name}={label}"));
-    let id = parts.chain(ranks.map(|ranks| format!("ranks={ranks}"))).collect::<Vec<_>>().join(",");
+    let id = named.map(|(name, label)| format!("{name}={label}")).collect::<Vec<_>>().join(",");
     let plain = |c: char| if c.is_ascii_alphanumeric() || "=,.+-_".contains(c) { c } else { '_' };
     if id.is_empty() { "case".into() } else { id.chars().map(plain).collect() }
 }
 
-/// The runs of a draft, one for each number of ranks; none where `--quick` keeps none.
-fn planned(
-    study: &Study,
-    names: &[String],
-    draft: &Draft,
-    case: &Path,
-    set: &[String],
-) -> Vec<Planned> {
-    let kept = |name: &str, of_run: &str| {
-        let kept = study.quick.keep.get(name);
-        kept.is_none_or(|kept| kept.iter().any(|value| label(value) == of_run))
-    };
-    if !draft.labels.iter().all(|(name, label)| kept(name, label)) {
-        return Vec::new();
+/// The run of a draft.
+fn planned(study: &Study, names: &[String], draft: Draft, folder: &Path) -> Planned {
+    let mut case = folder.join(&study.case);
+    let mut ranks = 1;
+    // A study has no use for figures of its runs unless it asks for them.
+    let mut set = vec!["output.figures=false".to_owned()];
+    let common = study.set.clone().into_iter();
+    for (key, value) in common.chain(draft.set).chain(study.quick.set.clone()) {
+        match (key.as_str(), &value) {
+            ("case", Value::String(file)) => case = folder.join(file),
+            ("ranks", Value::Integer(count)) => ranks = usize::try_from(*count).unwrap_or(1),
+            _ => set.push(format!("{key}={value}")),
+        }
     }
-    let loaded = read_case(case, set).map(|loaded| loaded.case).map_err(|e| Refusal::of(&e));
-    let labels: Vec<String> =
-        names.iter().map(|name| draft.labels.get(name).cloned().unwrap_or_default()).collect();
-    let run = |ranks: &usize| Planned {
-        id: id(names, &labels, (study.ranks.len() > 1).then_some(*ranks)),
-        labels: labels.clone(),
-        ranks: *ranks,
-        case: case.to_owned(),
-        set: set.to_vec(),
-        petsc: [words(&study.petsc), draft.petsc.clone()].concat(),
-        loaded: loaded.clone(),
-        sources: draft.sources.clone(),
-    };
-    study.ranks.iter().filter(|ranks| kept("ranks", &ranks.to_string())).map(run).collect()
+    let label = |name: &String| draft.labels.get(name).cloned().unwrap_or_default();
+    let labels: Vec<String> = names.iter().map(label).collect();
+    let loaded = read_case(&case, &set).map(|loaded| loaded.case).map_err(|e| Refusal::of(&e));
+    Planned { id: id(names, &labels), labels, ranks, case, set, loaded, sources: draft.sources }
 }
 
 impl Plan {
@@ -147,154 +116,92 @@ impl Plan {
     /// When the case, a reference or the name in an override is wrong, or no run is left. A choice
     /// with a value that is refused is no error: its runs are refused.
     pub fn new(study: &Study, text: &Text) -> Result<Plan> {
-        let beside = |path: &Path| text.file.parent().unwrap_or(Path::new("")).join(path);
-        // A study has no use for figures of its runs unless it asks for them.
-        let common: Vec<String> =
-            ["output.figures=false".to_owned()].into_iter().chain(overrides(&study.set)).collect();
-        let last = overrides(&study.quick.set);
-        let case = beside(&study.case);
-        read_case(&case, &[])?;
-        for (key, set) in [("set", &common), ("quick.set", &[&common[..], &last[..]].concat())] {
-            read_case(&case, set).map_err(|e| text.refuse(fault(key, reason(&e))))?;
-        }
-
-        let names = study.names();
-        let drafts = drafts(study);
-        let case_of = |draft: &Draft| draft.case.as_deref().map_or_else(|| case.clone(), beside);
-        let mut runs: Vec<Planned> = Vec::new();
-        for draft in &drafts {
-            let set = [&common[..], &draft.set[..], &last[..]].concat();
-            for run in planned(study, &names, draft, &case_of(draft), &set) {
-                if runs.iter().any(|other| other.id == run.id) {
-                    let source = draft.sources.first().cloned().unwrap_or_default();
-                    let message =
-                        format!("another run has the labels `{}` too; give it others", run.id);
-                    return Err(text.refuse(fault(source, message)));
-                }
-                runs.push(run);
+        let folder = text.file.parent().unwrap_or(Path::new(""));
+        read_case(&folder.join(&study.case), &[])?;
+        for (key, set) in [("set", &study.set), ("quick.set", &study.quick.set)] {
+            let draft = Draft { set: set.clone().into_iter().collect(), ..Draft::default() };
+            if let Err(refusal) = planned(study, &[], draft, folder).loaded {
+                return Err(text.refuse(fault(key, refusal.why)));
             }
         }
-        let references = references(study, text, &beside, &names, &runs)?;
-        let others = others(study, text, &beside)?;
-        let plan = Plan { names, runs, references, others };
-        plan.refuse_faults(text, &common, &case)?;
-        // A measure may be one of runs that --quick leaves out.
-        let all = drafts.iter().filter_map(|draft| {
-            let loaded =
-                read_case(&case_of(draft), &[&common[..], &draft.set[..]].concat()).ok()?;
-            Some(loaded.case.measure.into_iter().map(|measure| measure.name))
-        });
-        plan.refuse_unknown_measures(study, text, all.flatten())?;
-        Ok(plan)
-    }
-
-    /// Refuses what is a fault of the study file and not of a run: a choice with a misspelt name,
-    /// and a study of which no run is left. Any other choice that is refused is a row with its
-    /// reason.
-    fn refuse_faults(&self, text: &Text, common: &[String], base: &Path) -> Result<()> {
-        let sources: BTreeSet<&String> = self.runs.iter().flat_map(|run| &run.sources).collect();
-        let of = |source: &String| {
-            self.runs.iter().filter(|run| run.sources.contains(source)).collect::<Vec<_>>()
+        let names = study.names();
+        let drafts = drafts(study).into_iter();
+        let mut runs: Vec<Planned> =
+            drafts.map(|draft| planned(study, &names, draft, folder)).collect();
+        refuse_faults(&runs, text)?;
+        refuse_unknown(study, &runs, text)?;
+        let kept = |(name, label): (&String, &String)| {
+            let kept = study.quick.keep.get(name);
+            kept.is_none_or(|kept| label.is_empty() || kept.iter().any(|k| k.0 == *label))
         };
-        let none_left = self.runs.iter().all(|run| run.loaded.is_err());
-        let misspelt = |run: &Planned| run.loaded.as_ref().is_err_and(|refusal| refusal.misspelt);
-        let faulty = |source: &&&String| {
-            let runs = of(source);
-            runs.iter().all(|run| run.loaded.is_err())
-                && (none_left || runs.iter().any(|run| misspelt(run)))
-        };
-        let never = || sources.iter().filter(faulty);
-        // Where several are never accepted, one that is refused by itself is to blame, not those
-        // that only met it.
-        let by_itself = |source: &&&String| {
-            let runs = of(source);
-            let shared = |given: &&String| runs.iter().all(|run| run.set.contains(given));
-            let set =
-                runs.first().map(|run| run.set.iter().filter(shared).cloned().collect::<Vec<_>>());
-            read_case(runs.first().map_or(base, |run| &run.case), set.as_deref().unwrap_or(common))
-                .is_err()
-        };
-        let Some(source) = never().find(by_itself).or_else(|| never().next()) else {
-            return Ok(());
-        };
-        let refusal = of(source).iter().find_map(|run| run.loaded.as_ref().err().cloned());
-        let key =
-            if source.starts_with("row.") { format!("{source}.set") } else { source.to_string() };
-        Err(text.refuse(fault(key, refusal.map(|refusal| refusal.why).unwrap_or_default())))
-    }
-
-    /// Refuses references of measures, and columns to be laid out, that do not exist; `all` are the
-    /// names of the measures of all the file's runs, looked up where the runs of this plan do not
-    /// have one.
-    fn refuse_unknown_measures(
-        &self,
-        study: &Study,
-        text: &Text,
-        all: impl Iterator<Item = String>,
-    ) -> Result<()> {
-        let references = study.reference.iter().enumerate();
-        let references = references.map(|(k, r)| (format!("reference.{k}.measure"), &r.measure));
-        let crossed = study.cross.iter().enumerate();
-        let crossed = crossed.map(|(k, cross)| (format!("cross.{k}.column"), &cross.column));
-        let of_error = |name: &str| name.strip_suffix("_error").is_some_and(|m| self.compares(m));
-        let numbers = columns::numbers();
-        let crossed = crossed.filter(|(_, n)| !numbers.contains(&n.as_str()) && !of_error(n));
-        let wanted: Vec<(String, &String)> = references.chain(crossed).collect();
-        let mut known = self.measures();
-        let unknown =
-            |known: &[String]| wanted.iter().find(|(_, name)| !known.contains(name)).cloned();
-        if unknown(&known).is_none() {
-            return Ok(());
-        }
-        known.extend(all);
-        known.sort();
-        known.dedup();
-        let Some((key, name)) = unknown(&known) else { return Ok(()) };
-        let mut known: Vec<&str> = known.iter().map(String::as_str).collect();
-        let what = if key.starts_with("cross") {
-            known.extend(numbers);
-            "study.csv has no number"
-        } else {
-            "the case has no measure"
-        };
-        Err(text.refuse(fault(key, format!("{what} `{name}`; {}", suggest(name, &known)))))
-    }
-
-    /// Whether a measure is compared with something.
-    pub fn compares(&self, measure: &str) -> bool {
-        self.references.iter().any(|compared| compared.measure == measure)
+        runs.retain(|run| names.iter().zip(&run.labels).all(kept));
+        let references = references(study, text, folder, &names, &runs)?;
+        Ok(Plan { names, runs, references })
     }
 
     /// The names of all measures of the cases.
     pub fn measures(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        for case in self.runs.iter().filter_map(|run| run.loaded.as_ref().ok()) {
-            for measure in &case.measure {
-                if !names.contains(&measure.name) {
-                    names.push(measure.name.clone());
-                }
-            }
-        }
-        names
+        measures(&self.runs)
     }
 }
 
-/// The points of others, read from their files.
-fn others(study: &Study, text: &Text, beside: &dyn Fn(&Path) -> PathBuf) -> Result<Vec<Others>> {
-    let read = |(index, others): (usize, &super::file::Others)| {
-        let refuse = |key: &str, message: String| {
-            text.refuse(fault(format!("plot.others.{index}{key}"), message))
-        };
-        if !study.reference.iter().any(|reference| reference.measure == others.measure) {
-            let message =
-                format!("`{}` has no reference, and so no figure of its error", others.measure);
-            return Err(refuse(".measure", message));
+/// The names of the measures of some runs, each once.
+fn measures(runs: &[Planned]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for measure in runs.iter().flat_map(|run| &run.loaded).flat_map(|case| &case.measure) {
+        if !names.contains(&measure.name) {
+            names.push(measure.name.clone());
         }
-        let sheet = Sheet::read(&beside(&others.file), &refuse)?;
-        let column = |name: &str, key: &str| sheet.position(name, key, &refuse);
-        let numbers = [column(&others.cpu, ".cpu")?, column(&others.error, ".error")?];
-        let points = sheet.points(column(&others.label, ".label")?, numbers);
-        Ok(Others { measure: others.measure.clone(), points })
+    }
+    names
+}
+
+/// Refuses what is a fault of the study file and not of a run: labels that two runs have, a choice
+/// with a misspelt name, and a study of which no run is left. Any other choice that is refused is a
+/// row with its reason.
+fn refuse_faults(runs: &[Planned], text: &Text) -> Result<()> {
+    let refuse = |source: &str, why: &str| {
+        let key = if source.starts_with("row.") { format!("{source}.set") } else { source.into() };
+        Err(text.refuse(fault(key, why)))
     };
-    study.plot.others.iter().enumerate().map(read).collect()
+    for (index, run) in runs.iter().enumerate() {
+        if runs[..index].iter().any(|other| other.id == run.id) {
+            let message = format!("another run has the labels `{}` too; give it others", run.id);
+            let source = run.sources.first().cloned().unwrap_or_default();
+            return Err(text.refuse(fault(source, message)));
+        }
+    }
+    for (run, source) in runs.iter().flat_map(|run| run.sources.iter().map(move |s| (run, s))) {
+        let mut of_source = runs.iter().filter(|other| other.sources.contains(source));
+        let misspelt = |run: &Planned| run.loaded.as_ref().is_err_and(|refusal| refusal.misspelt);
+        if let (true, Err(refusal)) = (of_source.all(misspelt), &run.loaded) {
+            return refuse(source, &refusal.why);
+        }
+    }
+    match runs.first().map(|run| (run.sources.last(), &run.loaded)) {
+        Some((source, Err(refusal))) if runs.iter().all(|run| run.loaded.is_err()) => {
+            refuse(source.map_or("case", String::as_str), &refusal.why)
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses references of measures, and columns to be shown, that do not exist.
+fn refuse_unknown(study: &Study, runs: &[Planned], text: &Text) -> Result<()> {
+    let measures = measures(runs);
+    let measures: Vec<&str> = measures.iter().map(String::as_str).collect();
+    for name in study.reference.keys() {
+        if !measures.contains(&name.as_str()) {
+            let message = format!("the case has no measure `{name}`; {}", suggest(name, &measures));
+            return Err(text.refuse(fault(format!("reference.{name}"), message)));
+        }
+    }
+    let columns = [&measures[..], &number_columns()].concat();
+    for (index, name) in study.columns.iter().flatten().enumerate() {
+        if !columns.contains(&name.as_str()) {
+            let message = format!("study.csv has no number `{name}`; {}", suggest(name, &columns));
+            return Err(text.refuse(fault(format!("columns.{index}"), message)));
+        }
+    }
+    Ok(())
 }

@@ -81,7 +81,12 @@ fn check(measure: &Measure, case: &Case, own: bool) -> Check {
     ensure!(own, "name", "\"{name}\" names another measure already: give each its own name");
     not_negative("from", *from, "s")?;
     let end = case.time.end;
-    ensure!(*from < end, "from", "must be before time.end = {end:?} s, not {from:?}");
+    ensure!(
+        *from < end,
+        "from",
+        "must be before time.end: it is {from:?} s, and time.end is {end:?} s; begin the measure \
+        earlier, or end the run later"
+    );
     positive("speed", *speed, "m/s")?;
     positive("length", *length, "m")?;
     ensure!(

@@ -1,9 +1,12 @@
 //! The page `docs/accuracy.md`: written by `mics validate --markdown`, read by `--compare`.
 
-use crate::config::Reference;
-use crate::{Error, Result};
+use super::{Found, Request};
+use crate::study::markdown;
 use mics_run::compare::{Comparison, percent, significant};
+use mics_run::config::Reference;
 use mics_run::summary::Summary;
+use mics_run::{Error, Result};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -13,12 +16,20 @@ const PART: f64 = 0.1;
 /// Relative change of a value from which on it counts: the page has five digits.
 const ROUNDING: f64 = 1e-4;
 
-/// The page's beginning, down to the head of its table.
-pub(super) fn head(full: bool, names: &[String], commit: &str) -> String {
+/// The columns of the table.
+pub(super) const COLUMNS: [&str; 9] =
+    ["case", "measure", "value", "reference", "difference", "tolerance", "", "steps", "s"];
+
+/// The page of a table of values.
+pub(super) fn page(request: &Request, table: &str, found: &Found) -> String {
     let mut command = "mics validate".to_owned();
-    names.iter().for_each(|name| command += &format!(" \"{name}\""));
-    command += if full { " --full --markdown" } else { " --markdown" };
+    request.names.iter().for_each(|name| command += &format!(" \"{name}\""));
+    command += if request.full { " --full --markdown" } else { " --markdown" };
     let version = env!("CARGO_PKG_VERSION");
+    let commit = crate::COMMIT;
+    let pass = found.pass;
+    let all = pass + found.short;
+    let sources = sources(found);
     format!(
         "# Accuracy\n\n\
         This page is what `{command}` printed, by mics {version} of commit {commit}.\n\
@@ -30,49 +41,46 @@ pub(super) fn head(full: bool, names: &[String], commit: &str) -> String {
         whole run on the machine that\n\
         made the page. `mics validate --full --compare docs/accuracy.md` says what has moved \
         since.\n\n\
-        | case | measure | value | reference | difference | tolerance | | steps | s |\n\
-        |---|---|---:|---:|---:|---:|---|---:|---:|"
+        {table}\n{pass} of {all} values pass.\n\n## Where the references are from\n\n{sources}"
     )
 }
 
-/// A row of its table.
-pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> String {
-    let value = c.value.map_or("none".into(), significant);
-    let error = c.difference().unwrap_or_default();
-    let verdict = c.verdict();
-    let verdict = if c.pass { verdict.to_owned() } else { format!("**{verdict}**") };
-    let reference = c.reference;
-    let tolerance = percent(c.tolerance);
-    let steps = run.steps;
-    let seconds = run.cost.wall_seconds;
-    format!(
-        "| {case} | {measure} | {value} | {reference} | {error} | {tolerance} | {verdict} | \
-        {steps} | {seconds:.1} |"
-    )
-}
-
-/// The page's end: the number that pass, and the sources, each a (case, measure, source).
-pub(super) fn tail(pass: usize, short: usize, sources: &[(String, String, String)]) -> String {
-    let mut text = format!(
-        "\n{pass} of {} values pass.\n\n## Where the references are from\n\n",
-        pass + short
-    );
-    text += "| case | measures | source |\n|---|---|---|";
-    for of_one in sources.chunk_by(|a, b| (&a.0, &a.2) == (&b.0, &b.2)) {
+/// The table of where the references are from.
+fn sources(found: &Found) -> String {
+    let row = |of_one: &[(String, String, String)]| {
         let measures: Vec<&str> = of_one.iter().map(|(_, measure, _)| measure.as_str()).collect();
-        let (case, _, source) = &of_one[0];
-        text += &format!("\n| {case} | {} | {} |", measures.join(", "), source.replace('|', "\\|"));
-    }
-    text
+        vec![of_one[0].0.clone(), measures.join(", "), of_one[0].2.clone()]
+    };
+    let rows = found.sources.chunk_by(|a, b| (&a.0, &a.2) == (&b.0, &b.2)).map(row);
+    markdown(&["case", "measures", "source"], rows.collect()).trim_end().to_owned()
 }
+
+/// A row of the table.
+pub(super) fn row(case: &str, measure: &str, c: &Comparison, run: &Summary) -> Vec<String> {
+    let verdict = c.verdict();
+    vec![
+        case.to_owned(),
+        measure.to_owned(),
+        c.value.map_or("none".into(), significant),
+        c.reference.to_string(),
+        c.difference().unwrap_or_default(),
+        percent(c.tolerance),
+        if c.pass { verdict.to_owned() } else { format!("**{verdict}**") },
+        run.steps.to_string(),
+        format!("{:.1}", run.cost.wall_seconds),
+    ]
+}
+
+/// Value of a page, where it has one, and whether it passed.
+type Before = (Option<f64>, bool);
 
 /// A page that was written before.
 #[derive(Debug)]
 pub(super) struct Page {
     /// The file.
     pub file: PathBuf,
-    /// Case, measure, value where there was one, and whether it passed.
-    rows: Vec<(String, String, Option<f64>, bool)>,
+    /// Values by case and measure.
+    rows: BTreeMap<(String, String), Before>,
 }
 
 impl Page {
@@ -87,7 +95,7 @@ impl Page {
                 file.display()
             ))
         })?;
-        let rows: Vec<_> = text.lines().filter_map(parse).collect();
+        let rows: BTreeMap<_, _> = text.lines().filter_map(parse).collect();
         if rows.is_empty() {
             let cure = "no row of values in it; give a page that `mics validate --markdown` wrote";
             return Err(Error::Usage(format!("{}: {cure}", file.display())));
@@ -98,9 +106,8 @@ impl Page {
     /// Message about a value that has moved from the page; `None` where it has not.
     pub fn moved(&self, case: &str, measure: &str, now: &Comparison) -> Option<String> {
         let value = now.value.map_or("none".into(), significant);
-        let Some((.., before, passed)) =
-            self.rows.iter().find(|(c, m, ..)| (c.as_str(), m.as_str()) == (case, measure))
-        else {
+        let of = (case.to_owned(), measure.to_owned());
+        let Some((before, passed)) = self.rows.get(&of) else {
             return Some(format!("{case}, {measure}: {value}, which the page does not have"));
         };
         let was = before.map_or("none".into(), significant);
@@ -129,13 +136,13 @@ impl Page {
 }
 
 /// A row of the table, from its line.
-fn parse(line: &str) -> Option<(String, String, Option<f64>, bool)> {
+fn parse(line: &str) -> Option<((String, String), Before)> {
     let cells: Vec<&str> =
         line.strip_prefix('|')?.strip_suffix('|')?.split('|').map(str::trim).collect();
     let [case, measure, value, _, _, _, verdict, steps, _] = cells.as_slice() else { return None };
     steps.parse::<u64>().ok()?;
     let value = if *value == "none" { None } else { Some(value.parse().ok()?) };
-    Some(((*case).to_owned(), (*measure).to_owned(), value, *verdict == "pass"))
+    Some((((*case).to_owned(), (*measure).to_owned()), (value, *verdict == "pass")))
 }
 
 #[cfg(test)]
@@ -153,13 +160,10 @@ mod tests {
         let run: Summary =
             serde_json::from_str("{\"steps\": 420, \"wall_seconds\": 1.25}").unwrap();
         let rows = values.iter().map(|(measure, c)| row("disc N 8", measure, c, &run));
-        let lines: Vec<String> = [head(true, &[], "0123456789ab")]
-            .into_iter()
-            .chain(rows)
-            .chain([tail(1, 1, &[])])
-            .collect();
+        let table = markdown(&COLUMNS, rows.collect());
+        let text = super::page(&Request::default(), &table, &Found::default());
         let file = folder.join("accuracy.md");
-        fs::write(&file, lines.join("\n")).unwrap();
+        fs::write(&file, text).unwrap();
         Page::read(&file).unwrap()
     }
 
