@@ -13,7 +13,6 @@ pub mod file;
 pub mod folder;
 pub mod interrupt;
 pub mod progress;
-pub mod published;
 pub mod snapshot;
 pub mod sparse;
 pub mod summary;

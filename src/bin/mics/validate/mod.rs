@@ -190,6 +190,9 @@ fn conclude(found: &Found, page: Option<&Page>) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mics_run::config::Reference;
+
+    const CYLINDER: &str = include_str!("../../../../cases/cylinder-wake/cylinder_s3.csv");
 
     #[test]
     fn validate_exit_status_1_for_value_and_3_for_failed_run() {
@@ -224,6 +227,11 @@ mod tests {
         write(folder.path(), &study).unwrap();
         for run in Plan::new(&study, &text).unwrap().runs {
             let case = run.loaded.unwrap_or_else(|refusal| panic!("{}: {}", run.id, refusal.why));
+            if let Some(re) = run.labels[0].strip_prefix("cylinder-wake Re ") {
+                let row = CYLINDER.lines().find(|row| row.split(',').next() == Some(re)).unwrap();
+                let drag = row.split(',').nth(1).unwrap().parse().unwrap();
+                assert_eq!(case.measure[0].reference, Some(Reference::Value(drag)), "{}", run.id);
+            }
             let mut with = case.measure.iter().filter(|m| m.reference.is_some()).peekable();
             assert!(with.peek().is_some() && with.all(|m| m.source.is_some()), "{}", run.id);
         }
