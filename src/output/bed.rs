@@ -3,9 +3,9 @@
 //! ```text
 //!   bed height    h_b: where the solid fraction of layers falls to a threshold
 //!   shear stress  tau = f (H - h_b) + tau_top - rho H dU/dt
-//!              f: force of the drive, H: height of the box, tau_top: shear of the side above on the
-//!              fluid, U: mean velocity that a drive over time holds (the balance of momentum of the
-//!              flow over the bed, which is periodic along the stream; Kidanemariam & Uhlmann 2014)
+//!              f: force of the drive, H: height of the box, tau_top: shear of the side above on
+//!              the fluid, U: mean velocity that a drive over time holds (the balance of momentum
+//!              of the flow over the bed, periodic along the stream; Kidanemariam & Uhlmann 2014)
 //!                 tau = (sum_k F_k - F_side)/A       A: plan area, F_k: force on bodies over it,
 //!              F_side: force of the side below on the fluid (the total stress on a rough bed,
 //!              Nikora et al. 2007)

@@ -27,7 +27,7 @@ fn bed_shear_stress_of_couette_flow_is_exact() {
     }
 }
 
-/// A flow over a floor that speeds up with the mean velocity of a flood, from a slip side above: the
+/// A flow over a floor that speeds up with the mean velocity of a flood, under a slip side: the
 /// balance of momentum counts no acceleration as stress.
 #[test]
 fn bed_shear_stress_under_a_rising_mean_velocity_is_the_shear_on_the_floor() {

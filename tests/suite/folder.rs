@@ -16,7 +16,8 @@ fn folder_of_a_running_run_is_locked() {
         let output = mics(&words(&case, &out, more));
         assert_eq!(output.status.code(), Some(2), "{more:?}: {}", said(&output));
         let why = said(&output);
-        assert!(why.contains("another mics is writing here"), "{more:?}: {why}");
+        let holder = format!("another mics (process {}) is writing here", first.id());
+        assert!(why.contains(&holder), "{more:?}: {why}");
     };
     [&[][..], &["--force"], &["--resume"]].into_iter().for_each(refused);
     // As before its first checkpoint.

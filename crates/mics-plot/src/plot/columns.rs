@@ -1,5 +1,5 @@
-//! Columns of a run's tables by name with their units: `wx,wy` are two panels, `fluid_fx+contact_fx`
-//! are two lines of one.
+//! Columns of a run's tables by name with their units: `wx,wy` are two panels,
+//! `fluid_fx+contact_fx` are two lines of one.
 
 use super::Run;
 use super::bodies::{self, PARTICLES, groups};

@@ -3,7 +3,7 @@
 
 use super::discs::{few, materials, near};
 use super::series::Group;
-use super::table::Table;
+use super::table::{Table, quantile};
 use crate::figure::COLOURS;
 use mics_run::config::{Case, Particle};
 use std::collections::HashMap;
@@ -170,18 +170,6 @@ impl Course {
 fn thinned(values: &[f64]) -> Vec<f64> {
     let mean = |some: &[f64]| some.iter().sum::<f64>() / some.len() as f64;
     values.chunks(values.len().div_ceil(POINTS).max(1)).map(mean).collect()
-}
-
-/// The value that a part of some sorted values lies below, linear between two of them.
-pub fn quantile(sorted: &[f64], part: f64) -> f64 {
-    let place = part * sorted.len().saturating_sub(1) as f64;
-    let low = place.floor() as usize;
-    let rest = place.fract();
-    match (sorted.get(low), sorted.get(low + 1)) {
-        (Some(a), Some(b)) => a + rest * (b - a),
-        (Some(a), None) => *a,
-        _ => f64::NAN,
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Records of places: velocity and pressure at probes (`probes.csv`), and means over layers of cells
-//! (`profile.csv`).
+//! Records of places: velocity and pressure at probes (`probes.csv`), and means over layers of
+//! cells (`profile.csv`).
 
 use super::Run;
 use super::series::{Group, Panel, Plot};

@@ -10,8 +10,7 @@
 //!                            time (s)
 //! ```
 
-use super::kinds::quantile;
-use super::table::Table;
+use super::table::{Table, quantile};
 use crate::figure::{Axes, Chart, Series, SeriesStyle};
 use mics_run::words::rounded;
 use std::collections::HashSet;

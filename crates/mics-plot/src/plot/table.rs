@@ -170,6 +170,18 @@ impl Table {
     }
 }
 
+/// The value that a part of some sorted values lies below, linear between two of them.
+pub fn quantile(sorted: &[f64], part: f64) -> f64 {
+    let place = part * sorted.len().saturating_sub(1) as f64;
+    let low = place.floor() as usize;
+    let rest = place.fract();
+    match (sorted.get(low), sorted.get(low + 1)) {
+        (Some(a), Some(b)) => a + rest * (b - a),
+        (Some(a), None) => *a,
+        _ => f64::NAN,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
