@@ -113,10 +113,11 @@ pub enum MeasureKind {
     Einstein,
     /// Mean over time of the shear stress on the bed along `axis` (Pa). Where the flow is periodic
     /// along it, by the balance of momentum of the flow over the bed: the force of the drive times
-    /// the depth over `bed_height` at `threshold`, and the shear on the side above. Otherwise, or
-    /// in a `region` (of which the extent along the bed counts), the shear on the side below and
-    /// the force on all particles and obstacles there, over the plan area. With `particles` or
-    /// `obstacle` the force on these over the plan area.
+    /// the depth over `bed_height` at `threshold`, and the shear on the side above, less what a
+    /// mean velocity over time accelerates. A flow that a force still accelerates has to be
+    /// measured in a `region`. Otherwise, or in a `region` (of which the extent along the bed
+    /// counts), the shear on the side below and the force on all particles and obstacles there,
+    /// over the plan area. With `particles` or `obstacle` the force on these over the plan area.
     BedShearStress,
     /// Shields number: `bed_shear_stress` over `(rho_s - rho) g d`, with the mean density and
     /// diameter of `particles`; default all that are not fixed.
