@@ -23,7 +23,8 @@ const DOUBTFUL: f64 = 1e6;
 pub enum Beside {
     /// The body of this number, which falls, or rises, at the speed of its layer.
     Falling(usize),
-    /// The body of this number, which is held in a stream or moved as told.
+    /// The body of this number, which is held in a stream, rests in it by its weight, or is moved
+    /// as told.
     Held(usize),
     /// The walls of the box across this axis.
     Walls(usize),
@@ -56,8 +57,16 @@ impl Layer {
         let stream = case.reference_speed().or_else(|| driven_speed(case)).unwrap_or(0.0);
         let layers = case.particle.iter().enumerate().map(|(id, p)| {
             let length = p.shape.diameter();
-            let beside = if p.is_free() { Beside::Falling(id) } else { Beside::Held(id) };
-            let speed = own_speed(case, p) + if p.is_free() { 0.0 } else { stream };
+            let own = own_speed(case, p);
+            let rests = p.density() > case.fluid.density && case.fluid.weight() > 0.0;
+            let falls = p.is_free() && (own >= stream || !rests);
+            let beside = if falls { Beside::Falling(id) } else { Beside::Held(id) };
+            let speed = match (falls, p.is_free()) {
+                (true, _) => own,
+                // A stone that lies on a bed meets the stream.
+                (false, true) => stream,
+                (false, false) => own + stream,
+            };
             let reynolds = speed * length / nu;
             let thickness = boundary_layer(length, reynolds);
             Layer { beside, length, speed, reynolds, thickness }

@@ -237,7 +237,7 @@ fn six(q: &[&[f64]; 6], i: usize) -> [f64; 6] {
 
 /// The same length of six rows, by which no access of a loop over it is checked.
 #[inline(always)]
-fn cut<'a>(q: [&'a [f64]; 6], n: usize) -> [&'a [f64]; 6] {
+fn cut(q: [&[f64]; 6], n: usize) -> [&[f64]; 6] {
     [&q[0][..n], &q[1][..n], &q[2][..n], &q[3][..n], &q[4][..n], &q[5][..n]]
 }
 

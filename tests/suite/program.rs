@@ -169,15 +169,14 @@ fn mean_drag_with_impulsive_start_has_remark() {
     };
     let remark = summary["remarks"]["drag"].as_str().unwrap();
     assert!(
-        remark.starts_with("counts the start of the flow; from t = 1.5")
-            && line("drag").ends_with(remark),
+        remark.starts_with("not steady: from t = 1.5") && line("drag").ends_with(remark),
         "{log}"
     );
     let later: f64 =
-        remark.split(" it is ").nth(1).unwrap().split(':').next().unwrap().parse().unwrap();
+        remark.split(" it is ").nth(1).unwrap().split(';').next().unwrap().parse().unwrap();
     let late = summary["measures"]["late"].as_f64().unwrap();
     assert!((later / late - 1.0).abs() < 1e-3, "{remark}, {late}");
-    assert!(summary["notes"].to_string().contains("drag counts the start"), "{summary}");
+    assert!(summary["notes"].to_string().contains("drag not steady"), "{summary}");
     assert!(summary["remarks"]["late"].is_null() && line("push").ends_with(" N/m"), "{log}");
     assert_eq!(
         (summary["units"]["drag"].as_str(), summary["units"]["push"].as_str()),

@@ -5,7 +5,9 @@
 use mics::launch::{self, Launch, Ranks};
 use mics::output::progress::Glance;
 use mics::{Error, Result};
-use rustix::process::{Pid, Signal, kill_process, set_parent_process_death_signal};
+use rustix::process::{
+    Pid, Signal, getpid, kill_process, set_parent_process_death_signal, test_kill_process,
+};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::iterator::Signals;
 use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
@@ -16,6 +18,12 @@ use std::{env, fs, io, thread};
 
 /// Time between two looks at the ranks.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
+
+/// Time between two looks of a rank at the process that has started it.
+const WATCH_EVERY: Duration = Duration::from_secs(1);
+
+/// The variable that tells ranks which process has started their mpirun.
+const STARTER: &str = "MICS_STARTER";
 
 /// mpirun on so many ranks, on fewer cores if need be, with a session folder of its own, which goes
 /// with it: the usual one is shared by all of a user's programs, and the first to end takes it away
@@ -82,8 +90,7 @@ pub fn run(choice: &Choice) -> Result<Option<u8>> {
     if launch.ranks == 1 {
         begin_again(&launch)?;
         if launch::is_rank() {
-            // Ranks whose mpirun is killed would run on, and hold the folder.
-            let _ = set_parent_process_death_signal(Some(Signal::KILL));
+            end_with_starters();
         }
         return Ok(None);
     }
@@ -96,6 +103,7 @@ pub fn run(choice: &Choice) -> Result<Option<u8>> {
     if glance.is_some() {
         mpirun.command.env(launch::WATCHED, "1");
     }
+    mpirun.command.env(STARTER, std::process::id().to_string());
     mpirun.command.envs(tunables.map(|tunables| ("GLIBC_TUNABLES", tunables)));
     let words = without_ranks(words.map(|word| word.to_string_lossy().into_owned()));
     mpirun.command.arg(program).args(words);
@@ -105,6 +113,20 @@ pub fn run(choice: &Choice) -> Result<Option<u8>> {
         Err(e) => Err(Error::io("mpirun, of Debian's openmpi-bin")(e)),
         Ok((status, asked)) => status_of(status, asked).map(Some),
     }
+}
+
+/// Ends this rank with what has started it, which would run on, and hold the folder, where that is
+/// killed: at once with mpirun, and as by Ctrl-C with the process that has started mpirun.
+fn end_with_starters() {
+    let _ = set_parent_process_death_signal(Some(Signal::KILL));
+    let starter = env::var(STARTER).ok().and_then(|id| id.parse().ok()).and_then(Pid::from_raw);
+    let Some(starter) = starter else { return };
+    thread::spawn(move || {
+        while test_kill_process(starter).is_ok() {
+            thread::sleep(WATCH_EVERY);
+        }
+        let _ = kill_process(getpid(), Signal::USR1);
+    });
 }
 
 /// Lets this process check a case as a run of it has its memory: in huge pages if its fields are

@@ -312,7 +312,10 @@ impl Series {
             let at = significant(self.samples.last()?.0);
             return Some(Remark { doubt: false, words: format!("at t = {at} s") });
         }
-        if !self.measure.kind.counts_the_start() || self.measure.from > 0.0 || self.began > 0.0 {
+        // A bed goes on settling long after its start.
+        let kind = self.measure.kind;
+        let begins_late = self.measure.from > 0.0 || self.began > 0.0;
+        if !(kind.is_of_bed() || kind.counts_the_start() && !begins_late) {
             return None;
         }
         let first = self.samples.first()?;
@@ -328,7 +331,7 @@ impl Series {
         (differs && !small).then(|| Remark {
             doubt: true,
             words: format!(
-                "counts the start of the flow; from t = {} s on it is {}: set `from`",
+                "not steady: from t = {} s on it is {}; `from` leaves out a start",
                 significant(began),
                 measured(later)
             ),

@@ -24,19 +24,26 @@ const LAYERS: usize = 2;
 /// # Errors
 /// When there is none.
 pub fn snapshots(run: &Path) -> Result<Vec<PathBuf>> {
-    let entries =
-        fs::read_dir(run.join("fields")).map_err(|e| not_a_run(run, &format!("fields: {e}")))?;
-    let paths =
-        entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "vti"));
+    let entries = fs::read_dir(run.join("fields")).into_iter().flatten().flatten();
+    let paths = entries.map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "vti"));
     let mut paths: Vec<PathBuf> = paths.collect();
     // Their names are the numbers of steps.
     paths.sort();
-    if paths.is_empty() { Err(not_a_run(run, "fields holds no snapshot")) } else { Ok(paths) }
+    if paths.is_empty() { Err(without_fields(run)) } else { Ok(paths) }
 }
 
 /// The last snapshot of a run.
 pub fn newest_snapshot(run: &Path) -> Result<PathBuf> {
-    snapshots(run)?.pop().ok_or_else(|| not_a_run(run, "fields holds no snapshot"))
+    snapshots(run)?.pop().ok_or_else(|| without_fields(run))
+}
+
+/// The refusal of a run that has no snapshot.
+fn without_fields(run: &Path) -> Error {
+    not_a_run(
+        run,
+        "fields/ holds no snapshot; a study keeps none: run the case.toml in there by itself, or \
+        draw the figures of its runs by \"output.figures\" = true in its [set]",
+    )
 }
 
 /// The planes of a run at the snapshots next to some times (s), or evenly from the first after the

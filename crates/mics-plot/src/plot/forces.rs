@@ -73,7 +73,12 @@ pub fn torques(runs: &[Run], mean: bool) -> Result<Option<Chart>> {
     let flat = case.dimension() == 2;
     let unit = if flat { "N m/m" } else { "N m" };
     let axes = if flat { &AXES[2..] } else { &AXES[..] };
-    loads(runs, mean, &Vector { column: "fluid_t", name: "torque", unit, axes })
+    let torque = Vector { column: "fluid_t", name: "torque", unit, axes };
+    let mut chart = loads(runs, mean, &torque)?;
+    if let Some((axes, _)) = chart.iter_mut().flat_map(|chart| &mut chart.panels).next() {
+        axes.title += ", about the centre of each";
+    }
+    Ok(chart)
 }
 
 /// A load of the fluid on the bodies of runs.
@@ -83,7 +88,11 @@ fn loads(runs: &[Run], mean: bool, vector: &Vector) -> Result<Option<Chart>> {
     let start = runs.iter().map(|run| START * run.case.time.end).fold(0.0, f64::max);
     plot.groups.iter_mut().for_each(|group| after(group, start));
     plot.notes.push(cut(start));
-    plot.title = format!("{} of the fluid{}", vector.name, plot.title);
+    let of = match (runs, &of(&runs[0])[..]) {
+        ([run], [id]) => format!(" on {}", run.case.called(*id)),
+        _ => std::mem::take(&mut plot.title),
+    };
+    plot.title = format!("{} of the fluid{of}", vector.name);
     plot.cut_peaks = true;
     Ok(plot.chart())
 }

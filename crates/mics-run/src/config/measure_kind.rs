@@ -229,6 +229,11 @@ impl MeasureKind {
         matches!(self, BedloadRate | Einstein | Shields)
     }
 
+    /// Whether it is of a bed and what moves over it.
+    pub fn is_of_bed(self) -> bool {
+        self.is_of_grains() || matches!(self, BedHeight | BedShearStress | TransportRate)
+    }
+
     /// Whether it is of the shear stress on a bed.
     pub fn is_of_shear(self) -> bool {
         matches!(self, BedShearStress | Shields)
