@@ -17,6 +17,7 @@
 //! one axis after the other; sixth-order interpolation, fifth-order transport per unit time, whose
 //! damping vanishes with the Courant number.
 
+use super::diffusion::weights;
 use crate::grid::{Grid, VectorField, simd};
 use std::ops::Range;
 
@@ -177,21 +178,25 @@ struct HighFaces<'a> {
     q: [&'a [f64]; 6],
 }
 
-/// Factors of the terms of a rate along x, y and z: of differences of fluxes, and of sums of two
-/// neighbours in the Laplacian.
+/// Factors of the terms of a rate: of differences of fluxes along x, y and z, and in the Laplacian
+/// of sums of two neighbours along each and of the cell itself.
 struct Terms {
     flux: [f64; 3],
     neighbours: [f64; 3],
+    middle: f64,
+    /// The weight times the viscosity.
+    viscous: f64,
 }
 
 impl Terms {
     #[inline(always)]
     fn new<const D: usize>(grid: &Grid<D>, nu: f64, weight: f64) -> Terms {
-        let mut terms = Terms { flux: [0.0; 3], neighbours: [0.0; 3] };
+        let (inverse_h2, middle) = weights(grid);
+        let mut terms =
+            Terms { flux: [0.0; 3], neighbours: [0.0; 3], middle, viscous: weight * nu };
         for a in 0..D {
-            let h = grid.h[a];
-            terms.flux[a] = weight / h;
-            terms.neighbours[a] = weight * nu / (h * h);
+            terms.flux[a] = weight / grid.h[a];
+            terms.neighbours[a] = inverse_h2[a];
         }
         terms
     }
@@ -202,7 +207,6 @@ impl Terms {
         let n = rate.len();
         let [fx, fy, fz] = self.flux;
         let [nx, ny, nz] = self.neighbours;
-        let middle = -2.0 * (nx + ny + nz);
         let [west, east] = [&faces.along[..n], &faces.along[1..][..n]];
         let [left, right] = [&faces.q[..n], &faces.q[2..][..n]];
         let [y, z] = faces.across;
@@ -215,16 +219,21 @@ impl Terms {
         let low_z = &mut z.low[..in_space];
         for i in 0..n {
             let high = upwind_flux(carried_y[i], six(&qy, i));
-            let mut sum = fx * (west[i] - east[i]) + fy * (low_y[i] - high);
+            let mut sum = if FRESH { 0.0 } else { rate[i] };
+            sum -= fx * (east[i] - west[i]);
+            sum -= fy * (high - low_y[i]);
             low_y[i] = high;
             // The row itself is the third of the six about its high faces.
-            sum += middle * qy[2][i] + nx * (left[i] + right[i]) + ny * (qy[1][i] + qy[3][i]);
+            let mut bend = -self.middle * qy[2][i];
+            bend += nx * (left[i] + right[i]);
+            bend += ny * (qy[1][i] + qy[3][i]);
             if D == 3 {
                 let high = upwind_flux(carried_z[i], six(&qz, i));
-                sum += fz * (low_z[i] - high) + nz * (qz[1][i] + qz[3][i]);
+                sum -= fz * (high - low_z[i]);
+                bend += nz * (qz[1][i] + qz[3][i]);
                 low_z[i] = high;
             }
-            rate[i] = if FRESH { sum } else { rate[i] + sum };
+            rate[i] = sum + self.viscous * bend;
         }
     }
 }

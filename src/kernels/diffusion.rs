@@ -48,7 +48,9 @@ pub fn laplacian<const D: usize>(
     );
 }
 
-fn weights<const D: usize>(grid: &Grid<D>) -> ([f64; D], f64) {
+/// One over the square of each spacing, and the factor of a cell itself in the Laplacian (1/m2).
+#[inline(always)]
+pub(super) fn weights<const D: usize>(grid: &Grid<D>) -> ([f64; D], f64) {
     let inverse_h2: [f64; D] = std::array::from_fn(|a| 1.0 / (grid.h[a] * grid.h[a]));
     (inverse_h2, 2.0 * inverse_h2.iter().sum::<f64>())
 }

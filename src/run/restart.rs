@@ -14,6 +14,10 @@ use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// Minutes of running time after which a run has its first checkpoint at the latest: one that is
+/// killed before it has to begin anew.
+const FIRST: f64 = 1.0;
+
 /// When checkpoints are due and when the last one was written.
 pub(super) struct Checkpoints {
     every: crate::config::Checkpoints,
@@ -32,6 +36,7 @@ impl Checkpoints {
         match self.every {
             crate::config::Checkpoints::Steps(n) => step.is_multiple_of(n),
             crate::config::Checkpoints::WallMinutes(most) => {
+                let most = if self.newest.is_none() { most.min(FIRST) } else { most };
                 self.written.elapsed().as_secs_f64() / 60.0 >= most
             }
         }

@@ -16,7 +16,8 @@ pub struct Output {
     pub particles: Option<Cadence>,
     /// Snapshots under `fields/`; default only the first and the last state.
     pub fields: Option<Cadence>,
-    /// Checkpoints, of which the newest two are kept; default every 15 minutes of running time.
+    /// Checkpoints, of which the newest two are kept; default every 15 minutes of running time, the
+    /// first after one.
     pub checkpoint: Checkpoints,
     /// Figures of the last state as PNG and SVG; default yes.
     pub figures: bool,
