@@ -260,6 +260,25 @@ mod tests {
     }
 
     #[test]
+    fn stone_at_rest_meets_the_stream_and_light_body_goes_with_it() {
+        let layer = |density: f64| {
+            let text = format!(
+                "name = \"t\"\ntime.end = 9.0\ndomain = {{ size = [0.2, 0.1], cells = [40, 20] }}\n\
+                fluid = {{ density = 1000.0, viscosity = 1e-3, gravity = [0.0, -9.81] }}\n\
+                boundary = {{ west = {{ inflow = [0.9, 0.0] }}, east = \"outflow\", south = \
+                \"wall\", north = \"slip\" }}\n\
+                particle = [{{ shape = {{ disc = {{ diameter = 0.02 }} }}, position = [0.1, 0.01], \
+                density = {density:?} }}]\n"
+            );
+            Layer::of_bodies(&crate::config::written(&text).unwrap())
+        };
+        let stone = layer(2650.0).unwrap();
+        assert_eq!((stone.beside, stone.speed), (Beside::Held(0), 0.9));
+        assert!((stone.reynolds / 18_000.0 - 1.0).abs() < 1e-9, "{stone:?}");
+        assert!(layer(1000.0).is_none_or(|light| light.speed < 0.9));
+    }
+
+    #[test]
     fn no_boundary_layer_at_low_reynolds_number() {
         let layer = thinnest("[0.015, 0.1]", "density = 1000.0, velocity = [1e-4, 0.0]");
         assert_eq!((layer.thickness, layer.cells_needed()), (f64::INFINITY, 0.0));
