@@ -264,3 +264,45 @@ fn residual_label(norm: &str) -> &'static str {
         _ => "residual (1/s2), 2-norm",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn residuals_go_on_over_the_krylov_iterations_of_the_step() {
+        let folder = tempfile::tempdir().unwrap();
+        let head = "step,time,projection,outer_iteration,attempt,krylov_iteration,norm,residual,\
+            relative_residual,tolerance,divergence_before,divergence_after\n";
+        let row = |step: u32, outer: u32, krylov: u32, residual: f64, after: &str| {
+            let before = 8 / outer;
+            format!(
+                "{step},0.{step},1,{outer},1,{krylov},unpreconditioned,{residual},1,1e-3,{before},\
+                {after}\n"
+            )
+        };
+        let rows = [
+            row(1, 1, 0, 4.0, "0.5"),
+            row(2, 1, 0, 8.0, "4"),
+            row(2, 1, 2, 1.0, "4"),
+            row(2, 2, 0, 1.0, "0.1"),
+            row(2, 2, 3, 0.1, "0.1"),
+        ];
+        std::fs::write(folder.path().join(SOLVES), head.to_owned() + &rows.concat()).unwrap();
+        let steps = "step,krylov_iterations,outer_iterations,divergence_max\n0,0,0,9\n1,3,1,0.5\n\
+            2,5,2,0.1\n";
+        std::fs::write(folder.path().join("steps.csv"), steps).unwrap();
+        let case = "name = \"t\"\ntime.end = 9.0\ndomain = { size = [1.0, 2.0], cells = [8, 16] }\n\
+            fluid = { density = 2.0, viscosity = 0.1 }\n\
+            boundary = { west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" }\n";
+        let runs = [Run::of_text(folder.path(), case)];
+        let chart = convergence(&runs, None).unwrap().unwrap();
+        let points = |panel: usize, line: usize| chart.panels[panel].1[line].points.clone();
+        assert_eq!(points(0, 0), [(0.0, 8.0), (1.0, 4.0), (2.0, 0.1)]);
+        assert_eq!(points(1, 0), [(0.0, 8.0), (2.0, 1.0)]);
+        assert_eq!(points(1, 1), [(2.0, 1.0), (5.0, 0.1)]);
+        // The row of the start has no step behind it.
+        let over = super::super::steps::over_steps(&runs).unwrap().unwrap();
+        assert_eq!(over.panels[0].1[0].points, [(1.0, 3.0), (2.0, 5.0)]);
+    }
+}
