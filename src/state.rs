@@ -18,7 +18,7 @@ pub use energy::{EnergyBudget, EnergyLosses, SuppliedWork};
 pub use exchange::Exchange;
 use nalgebra::Vector3;
 pub use support::MeanContactForce;
-pub use surfaces::{BeforeForcing, BodyHistory, SurfaceHistory};
+pub use surfaces::{BeforeForcing, BodyHistory, CutAt, SurfaceHistory};
 
 /// The state of a scene. Fields have the layout of [`Grid::field`], with ghosts.
 #[derive(Clone, Debug)]

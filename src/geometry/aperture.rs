@@ -38,6 +38,8 @@ pub struct Cut {
 /// Centroids of the covered and the open part of a cut face, by the axes in use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceCentroids<const D: usize> {
+    /// The solid fraction of the particle alone, before it gives way to others on the face.
+    pub alone: f64,
     lever: [f64; D],
     /// From the face's centre to the centroid of the open part of that volume (m); zero where
     /// nothing is open.
@@ -92,9 +94,9 @@ impl<const D: usize> Cuts<D> {
         self.cuts.chunks(n)
     }
 
-    /// The faces, to change how far they are covered.
-    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, Cut> {
-        self.cuts.iter_mut()
+    /// The faces, to change how far they are covered, with the centroids of their parts.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = (&mut Cut, &FaceCentroids<D>)> {
+        self.cuts.iter_mut().zip(&self.centroids)
     }
 
     /// The faces, with the centroids of their parts.
@@ -223,7 +225,8 @@ fn find<const D: usize>(
             let owned = filled.at[axis] < owned;
             let covered = if covered > 1.0 - LEAST { 1.0 } else { covered };
             let cut = Cut { solid_fraction: covered, face, owned, first: true };
-            cuts.push(cut, FaceCentroids { lever: std::array::from_fn(|a| filled.lever[a]), open });
+            let lever = std::array::from_fn(|a| filled.lever[a]);
+            cuts.push(cut, FaceCentroids { alone: covered, lever, open });
             arms.push(filled.middle);
         });
     }

@@ -26,7 +26,7 @@ pub const ENDING: &str = "ckpt";
 /// First bytes of the file.
 const MAGIC: [u8; 8] = *b"mics\0ckp";
 /// The format that this program writes and reads; another one wherever the archive's order changes.
-pub const FORMAT: u32 = 20;
+pub const FORMAT: u32 = 21;
 /// Bytes before the archive, and after it.
 const HEAD: u64 = 12;
 const TAIL: u64 = 4;

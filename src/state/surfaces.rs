@@ -4,7 +4,7 @@ use crate::archive::{Archive, Checkpointed};
 use crate::grid::{Grid, VectorField};
 use crate::particles::{Accelerations, Load};
 use crate::{Error, Result};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// History of sharp surfaces, which lasts from step to step.
 #[derive(Clone, Debug)]
@@ -44,6 +44,17 @@ pub struct BodyHistory {
     pub undelivered: Vector3<f64>,
     /// Momentum (kg m/s) and angular momentum (kg m2/s) of the cells inside the body.
     pub inside: (Vector3<f64>, Vector3<f64>),
+    /// Where the body is cut, near to where it is; none where the next step cuts it anew anyway.
+    pub cut_at: Option<CutAt>,
+}
+
+/// Where a body is cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CutAt {
+    /// Its centre there (m).
+    pub centre: Vector3<f64>,
+    /// Its orientation there.
+    pub orientation: UnitQuaternion<f64>,
 }
 
 impl<const D: usize> SurfaceHistory<D> {
@@ -110,6 +121,7 @@ impl Checkpointed for BodyHistory {
             filtered_defect,
             undelivered,
             inside,
+            cut_at,
         } = self;
         archive.serialize([
             accelerations,
@@ -118,6 +130,13 @@ impl Checkpointed for BodyHistory {
             filtered_defect,
             undelivered,
             inside,
+            cut_at,
         ])
+    }
+}
+
+impl Checkpointed for CutAt {
+    fn serialize(&mut self, archive: &mut Archive) -> Result<()> {
+        archive.serialize([&mut self.centre, &mut self.orientation])
     }
 }

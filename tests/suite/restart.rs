@@ -277,6 +277,23 @@ fn wall_clock_checkpoints_do_not_change_results() {
     expect_the_same_run(&straight, &out);
 }
 
+/// The disc of 0.6 m/s goes 7.5e-4 h a step, so that a checkpoint finds it between two places where
+/// it is cut.
+#[test]
+fn creeping_bodies_resume_where_they_are_cut() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = colliding(dir.path(), "end = 1e-3\nstep = 5e-5", 1000);
+    let (straight, out) = (dir.path().join("straight"), dir.path().join("out"));
+    let soon = ["--set", "measure.4.from=0"];
+    run(&case, &straight, &soon);
+    run(&case, &out, &[&soon[..], &["--set", "time.end=3e-4"]].concat());
+    for end in ["time.end=7e-4", "time.end=1e-3"] {
+        run(&case, &out, &[&soon[..], &["--resume", "--set", end]].concat());
+    }
+    let rows = |run: &Path| std::fs::read_to_string(run.join("particles.csv")).unwrap();
+    assert_eq!(rows(&straight), rows(&out));
+}
+
 #[test]
 fn damaged_checkpoint_falls_back_to_the_previous_one() {
     let dir = tempfile::tempdir().unwrap();

@@ -230,3 +230,30 @@ fn forces_with_non_conservative_advection_match_upwind5() {
         "{drag} {fall}"
     );
 }
+
+/// A disc that creeps through a viscous fluid by 6e-4 h a step is cut anew in every second one; its
+/// drag over its speed is that of one which goes 1.1e-3 h a step, and is cut anew in every one.
+#[test]
+fn drag_on_a_creeping_body_is_that_of_one_cut_in_every_step() {
+    let petsc = petsc();
+    let h = 0.1;
+    let dt = 0.01;
+    let drags = |way: f64| {
+        let speed = way * h / dt;
+        let moves = format!("motion = {{ prescribed = {{ velocity = [{speed:?}, 0.0] }} }}");
+        let more = format!("{SHARP}{}", disc(1.0, [2.03, 2.02], 1.0, &moves));
+        let text = box_case([4.0, 4.0], [40, 40], 1.0, WALLS, &more);
+        let mut scene: Scene<2> = petsc.scene(&text);
+        let mut drag = || {
+            scene.step(dt).unwrap();
+            let exchange = &scene.state.exchange[0];
+            (exchange.pressure.x + exchange.viscous.x) / speed
+        };
+        (0..40).map(|_| drag()).collect::<Vec<_>>()
+    };
+    let [slow, fast] = [6e-4, 1.1e-3].map(drags);
+    let apart = slow.iter().zip(&fast).skip(5).map(|(slow, fast)| (slow / fast - 1.0).abs());
+    let apart = apart.fold(0.0, f64::max);
+    println!("{apart:.1e} of {:.3}, {:.3} at the end", slow[39], fast[39]);
+    assert!(apart < 2e-3, "{apart} of the drag: {slow:?} and {fast:?}");
+}

@@ -51,8 +51,10 @@ impl CoveredTogether {
         let whole = 1.0 / domain.fluid.density;
         let CoveredTogether { total, shared } = self;
         for (axis, beta) in beta.field(grid).iter_mut().enumerate() {
-            for cut in bodies.iter_mut().flat_map(|body| body.faces.cuts[axis].iter_mut()) {
+            let cuts = bodies.iter_mut().flat_map(|body| body.faces.cuts[axis].iter_mut());
+            for (cut, centroids) in cuts {
                 let face = cut.face as usize;
+                cut.solid_fraction = centroids.alone;
                 cut.first = total[face] == 0.0;
                 // The largest part, until all are known.
                 beta[face] =
@@ -61,15 +63,14 @@ impl CoveredTogether {
             }
             shared.clear();
             for body in bodies.iter_mut() {
-                for cut in body.faces.cuts[axis].iter_mut() {
+                for (cut, _) in body.faces.cuts[axis].iter_mut() {
                     let face = cut.face as usize;
                     let all = total[cut.face as usize];
                     let alone = all == cut.solid_fraction;
                     let beside =
                         || body.faces.at_boundary && beside_wall(grid, boundaries, axis, face);
                     let covered = covered_part(all, beta[face], beside);
-                    // A body that rests keeps its cuts: what is in line already is left alone, to
-                    // the last digit.
+                    // What is in line already is left alone, to the last digit.
                     if all > covered * (1.0 + ROUNDING) {
                         cut.solid_fraction *= covered / all;
                     }

@@ -11,17 +11,20 @@ use super::seen::Moved;
 use super::shared::SharedCells;
 use super::stencil::{Cubic, Flow};
 use crate::domain::Domain;
-use crate::geometry::Pose;
 use crate::grid::{Grid, VectorField};
 use crate::kernels::faces::FaceCoefficient;
 use crate::method::vector;
 use crate::numerics::{CREEPING_LAYER, LARGEST_PROFILE, RESOLVED_LAYER};
 use crate::particles::{Body, Impulse, Velocities, all_fixed};
 use crate::reach::BodyRanks;
-use crate::state::BeforeForcing;
+use crate::state::{BeforeForcing, BodyHistory, CutAt};
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
-use std::cell::Cell;
+
+/// Distance (spacings) within which a body stays cut as it was: the drag on one that creeps changes
+/// by 1e-3 of it at most (test `drag_on_a_creeping_body_is_that_of_one_cut_in_every_step`), and
+/// a bed of spheres at rest takes 0.8 of the time.
+const AT_REST: f64 = 1e-3;
 
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
@@ -36,10 +39,14 @@ pub struct CutBodies<const D: usize> {
     /// Per body, the obstacles that are one solid with it, itself among them, and the ways from its
     /// centre to theirs (m); none of what is alone.
     pub(super) joined: Vec<Vec<(usize, Vector3<f64>)>>,
-    /// Per body, its pose before it moved.
-    poses_before: Vec<Pose>,
-    /// The friction in gaps ([`Profiles`]) with which bodies were rebuilt last.
-    friction: f64,
+    /// The bodies as they lay when they were cut last, and how each had moved then since it was cut
+    /// before.
+    placed: Vec<Body>,
+    moved: Vec<Moved>,
+    /// Scratch: which of them are cut anew.
+    stirred: Vec<bool>,
+    /// The friction in gaps in this step ([`gap::GapFlow::kept`]).
+    pub(super) friction: f64,
     /// Cells to which several bodies are equally near, and that they set.
     shared: SharedCells,
     rebuilding: Rebuilding<D>,
@@ -92,7 +99,9 @@ impl<const D: usize> CutBodies<D> {
                 if ranks > 1 { 0 } else { 16 },
             ),
             joined: joined(bodies),
-            poses_before: bodies.iter().map(Body::pose).collect(),
+            placed: bodies.to_vec(),
+            moved: bodies.iter().map(Moved::not).collect(),
+            stirred: vec![true; bodies.len()],
             friction: 0.0,
             shared: SharedCells::with_capacity(shared),
             rebuilding: Rebuilding {
@@ -111,43 +120,80 @@ impl<const D: usize> CutBodies<D> {
         self.bodies.iter().map(|body| body.ghosts.cells.capacity()).sum()
     }
 
-    /// Finds what the bodies cover where they lie, as if they had lain there always.
-    pub fn settle(&mut self, domain: &Domain<D>, bodies: &[Body]) {
-        self.keep_poses(bodies);
-        self.rebuild(domain, bodies, |_| true, f64::INFINITY);
+    /// Cuts the bodies as if they had lain there always: where they were cut by these histories,
+    /// and where they lie if they have none.
+    pub fn settle(&mut self, domain: &Domain<D>, bodies: &[Body], histories: &[BodyHistory]) {
+        self.placed.clone_from_slice(bodies);
+        for (placed, history) in self.placed.iter_mut().zip(histories) {
+            if let Some(CutAt { centre, orientation }) = history.cut_at {
+                placed.centre = centre;
+                placed.orientation = orientation;
+            }
+        }
+        self.moved.iter_mut().zip(&self.placed).for_each(|(moved, body)| *moved = Moved::not(body));
+        self.stirred.fill(true);
+        self.rebuild(domain);
+        self.rub(domain, f64::INFINITY);
+        let anew = self.moved.iter_mut().zip(histories).filter(|(_, h)| h.cut_at.is_none());
+        anew.for_each(|(moved, _)| moved.farthest = f64::INFINITY);
     }
 
-    /// Keeps the poses of the bodies, before they move.
-    pub fn keep_poses(&mut self, bodies: &[Body]) {
-        self.poses_before.iter_mut().zip(bodies).for_each(|(pose, body)| *pose = body.pose());
+    /// Keeps where they are cut in their history.
+    pub fn keep(&self, histories: &mut [BodyHistory]) {
+        for (k, history) in histories.iter_mut().enumerate() {
+            let Body { centre, orientation, .. } = self.placed[k];
+            history.cut_at = (!self.has_left_cells(k)).then_some(CutAt { centre, orientation });
+        }
     }
 
-    /// Finds what the bodies cover where they have moved to since [`CutBodies::keep_poses`], in a
-    /// step of `dt` (s).
-    pub fn rebuild_moved(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) {
-        self.rebuild(domain, bodies, Body::moves, dt);
+    /// Whether a body may have left cells as it was cut, which are the fluid's after a step.
+    fn has_left_cells(&self, k: usize) -> bool {
+        self.moved[k].farthest > 2.0 * AT_REST * self.h
     }
 
-    /// Rebuilds the cut bodies that are `wanted`, and those that others are or were near to, whose
-    /// image points that changes.
-    fn rebuild(&mut self, domain: &Domain<D>, bodies: &[Body], wanted: fn(&Body) -> bool, dt: f64) {
+    /// Cuts the bodies anew that have moved by [`AT_REST`] since they were cut last, for a step of
+    /// `dt` (s). Returns whether there are any.
+    pub fn rebuild_moved(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) -> bool {
+        let periods = domain.periods();
+        let least = AT_REST * self.h;
+        for (k, body) in bodies.iter().enumerate() {
+            let moved = Moved::since(&self.placed[k].pose(), body, &periods);
+            self.stirred[k] = moved.farthest > least || self.has_left_cells(k);
+            if self.stirred[k] {
+                self.placed[k].clone_from(body);
+                self.moved[k] = moved;
+            }
+        }
+        let any = self.stirred.contains(&true);
+        if any {
+            self.rebuild(domain);
+        }
+        self.rub(domain, dt);
+        any
+    }
+
+    /// Cuts the bodies anew that are stirred, and those that such were or are near to, whose image
+    /// points that changes.
+    fn rebuild(&mut self, domain: &Domain<D>) {
         self.uncover_faces(domain);
-        self.near.find(bodies);
-        self.find_reach(domain, bodies);
+        self.near.find(&self.placed, &self.stirred);
+        for (k, body) in self.placed.iter().enumerate() {
+            if !self.stirred[k] && self.near.restless[k] {
+                self.moved[k] = Moved::not(body);
+            }
+        }
+        self.find_reach(domain);
         let grid = &domain.grid;
         let boundaries = &domain.boundaries;
-        // A fluid without viscosity has none, however long the time.
-        let rate =
-            gap::POISEUILLE * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
-        let friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
-        let profiles = Profiles::new(self.h, friction, all_fixed(bodies));
+        let bodies = &self.placed[..];
+        let viscous = domain.fluid.viscosity > 0.0;
+        let profiles = Profiles::new(self.h, viscous, all_fixed(bodies));
         let reach = profiles.reach;
         let periods = domain.periods();
         let Rebuilding { beside, planes, arms } = &mut self.rebuilding;
         for (k, cut) in self.bodies.each_mut() {
             let near = &self.near.near[k];
-            let another = friction != self.friction;
-            if !wanted(&bodies[k]) && stays(&self.near, k, &bodies[k], cut, another) {
+            if !self.stirred[k] && !self.near.restless[k] && !cut.is_empty() {
                 continue;
             }
             beside.clear();
@@ -170,29 +216,34 @@ impl<const D: usize> CutBodies<D> {
                 round: neighbour::round(&bodies[k]),
                 near: beside,
                 walls: walls_within(grid, &bodies[k].centre, &reached),
-                rubs: Cell::new(false),
                 profiles: &profiles,
             };
-            let moved = Moved::since(&self.poses_before[k], &bodies[k], &periods);
-            cut.rebuild(&around, k, &moved, planes, arms);
+            cut.rebuild(&around, k, &self.moved[k], planes, arms);
         }
-        self.friction = friction;
-        self.shared.share(self.bodies.as_mut_slice());
         self.covered.set_apertures(domain, &mut self.bodies, &mut self.beta);
+    }
+
+    /// Gives the ghost cells in narrow gaps, and those that bodies share, their weights for a step
+    /// of `dt` (s).
+    fn rub(&mut self, domain: &Domain<D>, dt: f64) {
+        // A fluid without viscosity has none, however long the time.
+        let rate =
+            gap::POISEUILLE * domain.fluid.viscosity / (domain.fluid.density * self.h * self.h);
+        self.friction = if rate > 0.0 { 0.5 * dt * rate } else { 0.0 };
+        self.bodies.iter_mut().for_each(|cut| cut.ghosts.rub(self.friction));
+        self.shared.share(self.bodies.as_mut_slice());
     }
 
     /// Finds which bodies reach which ranks, as far as a rank can have anything of one: by where
     /// they lie and lay, whatever is near them.
-    fn find_reach(&mut self, domain: &Domain<D>, bodies: &[Body]) {
-        let CutBodies { reach, poses_before, h, .. } = self;
-        let periods = domain.periods();
+    fn find_reach(&mut self, domain: &Domain<D>) {
+        let CutBodies { reach, placed, moved, h, .. } = self;
         let tight = gap::UNRESOLVED * *h;
-        reach.find(&domain.grid, bodies, |k| {
-            let body = &bodies[k];
-            let moved = Moved::since(&poses_before[k], body, &periods);
+        reach.find(&domain.grid, placed, |k| {
+            let body = &placed[k];
             let shape = body.shape();
-            let bounds = body.reach().sup(&shape.turned(&moved.orientation).bounds());
-            bounds.add_scalar(moved.displacement.norm().max(tight) + BEYOND * *h)
+            let bounds = body.reach().sup(&shape.turned(&moved[k].orientation).bounds());
+            bounds.add_scalar(moved[k].displacement.norm().max(tight) + BEYOND * *h)
         });
         self.bodies.keep(&domain.grid, self.reach.here());
     }
@@ -342,21 +393,6 @@ impl<const D: usize> CutBodies<D> {
             }
         }
     }
-}
-
-/// Whether the cut of the body `k`, which does not move, stays as it is, if it is here; the
-/// friction in gaps may be `another`.
-fn stays<const D: usize>(
-    near: &NearBodies,
-    k: usize,
-    body: &Body,
-    cut: &mut CutBody<D>,
-    another: bool,
-) -> bool {
-    if near.near[k].is_empty() && !near.had[k] {
-        return !cut.is_empty();
-    }
-    !near.restless[k] && cut.stays(body, another)
 }
 
 /// Per body, the obstacles that are one solid with it.

@@ -9,7 +9,7 @@
 //!   .   .  . --+   .
 //! ```
 
-use super::gap::{self, Surroundings, UNRESOLVED, smooth_step};
+use super::gap::{self, GapFlow, Surroundings, UNRESOLVED, smooth_step};
 use super::near::walls_within;
 use super::neighbour;
 use super::normal::{Foot, Normal};
@@ -89,10 +89,18 @@ pub struct OwnCell<const D: usize> {
 pub struct GapFace {
     /// The face's index in a field.
     pub face: u32,
-    /// Share of the gap that is not resolved.
-    pub share: f64,
-    /// Share of the flow that friction leaves after a step.
-    pub kept: f64,
+    /// The flow through it.
+    pub flow: GapFlow,
+}
+
+/// A ghost cell outside, in such a gap.
+#[derive(Clone, Copy, Debug)]
+struct GapCell {
+    /// Its place among the ghost cells, and among those that the body shares, if it is one.
+    place: u32,
+    shared: Option<u32>,
+    /// The flow in it.
+    flow: GapFlow,
 }
 
 /// The faces that a body covers.
@@ -131,6 +139,8 @@ pub struct GhostCells {
     pub cubic: Vec<Cubic>,
     /// Ghost cells that it shares with others.
     pub shared: Vec<SharedCell>,
+    /// Those in narrow gaps.
+    in_gaps: Vec<GapCell>,
     /// Scratch of the faces that are about as near to one.
     pub(super) feet: Feet,
 }
@@ -167,8 +177,6 @@ pub struct CutBody<const D: usize> {
     pub(super) kept: Option<Box<Kept<D>>>,
     /// Whether another body or a surface is so near that there may be some in narrow gaps.
     pub has_neighbours: bool,
-    /// Whether what it has of gaps depends on how long the step is.
-    rubs: bool,
 }
 
 impl<const D: usize> CoveredFaces<D> {
@@ -205,6 +213,7 @@ impl GhostCells {
             profiles: Vec::with_capacity(cells),
             cubic: Vec::new(),
             shared: Vec::with_capacity(cells / FEW),
+            in_gaps: Vec::with_capacity(cells / FEW),
             feet: Feet::with_capacity(MOST_FEET),
         }
     }
@@ -214,6 +223,19 @@ impl GhostCells {
         self.profiles.clear();
         self.cubic.clear();
         self.shared.clear();
+        self.in_gaps.clear();
+    }
+
+    /// Weights of those in narrow gaps in a step with this friction there: as far as friction makes
+    /// the profile across.
+    pub fn rub(&mut self, friction: f64) {
+        for GapCell { place, shared, flow } in &self.in_gaps {
+            let weight = flow.share * (1.0 - flow.kept(friction));
+            self.cells[*place as usize].weight = weight;
+            if let Some(shared) = shared {
+                self.shared[*shared as usize].weight = weight;
+            }
+        }
     }
 }
 
@@ -273,7 +295,6 @@ impl<const D: usize> CutBody<D> {
             stencils: Stencils::new(grid, ghosts, points, shape.is_round()),
             kept: None,
             has_neighbours: false,
-            rubs: false,
         }
     }
 
@@ -288,7 +309,6 @@ impl<const D: usize> CutBody<D> {
             stencils: Stencils::new(grid, 0, 0, true),
             kept: None,
             has_neighbours: false,
-            rubs: false,
         }
     }
 
@@ -354,17 +374,6 @@ impl<const D: usize> CutBody<D> {
             self.find_gaps(around, k, arms);
         }
         self.place_points(around, k);
-        self.rubs = around.rubs.get();
-    }
-
-    /// Whether all that it has found of a body that nothing moves near to stays as it is; its faces
-    /// are then as before others shared them. The friction in gaps may be `another`.
-    pub fn stays(&mut self, body: &Body, another: bool) -> bool {
-        let stays = self.is_kept(body) && !(self.rubs && another);
-        if stays {
-            self.restore_faces();
-        }
-        stays
     }
 
     fn is_kept(&self, body: &Body) -> bool {
@@ -386,7 +395,6 @@ impl<const D: usize> CutBody<D> {
         let body = &around.bodies[k];
         let orientation = around.orientation;
         if self.is_kept(body) {
-            self.restore_faces();
             return;
         }
         let shape = body.shape();
@@ -411,21 +419,10 @@ impl<const D: usize> CutBody<D> {
         if let Some(kept) = &mut self.kept {
             for ((kept, cuts), arms) in kept.faces.iter_mut().zip(&self.faces.cuts).zip(arms) {
                 kept.extend(cuts.iter().zip(arms).map(|(cut, arm)| {
-                    let Cut { solid_fraction, .. } = *cut;
                     let distance = || around.distance(&orientation, arm);
-                    let distance = if solid_fraction < 1.0 { distance() } else { 0.0 };
-                    KeptFace { solid_fraction, arm: *arm, distance }
+                    let distance = if cut.solid_fraction < 1.0 { distance() } else { 0.0 };
+                    KeptFace { arm: *arm, distance }
                 }));
-            }
-        }
-    }
-
-    /// Covers the faces again as they were before others shared them.
-    fn restore_faces(&mut self) {
-        let Some(kept) = &self.kept else { return };
-        for (cuts, kept) in self.faces.cuts.iter_mut().zip(&kept.faces) {
-            for (cut, kept) in cuts.iter_mut().zip(kept) {
-                cut.solid_fraction = kept.solid_fraction;
             }
         }
     }
@@ -450,8 +447,8 @@ impl<const D: usize> CutBody<D> {
         let kept = self.kept.as_ref();
         let CoveredFaces { cuts, gaps, .. } = &mut self.faces;
         for (axis, gaps) in gaps.iter_mut().enumerate() {
-            let cuts = cuts[axis].iter().enumerate();
-            for (n, cut) in cuts.filter(|(_, cut)| cut.solid_fraction < 1.0) {
+            let cuts = cuts[axis].with_centroids().enumerate();
+            for (n, (cut, _)) in cuts.filter(|(_, (_, centroids))| centroids.alone < 1.0) {
                 let (arm, own) = kept.map_or_else(
                     || {
                         let arm = &arms[axis][n];
@@ -459,9 +456,9 @@ impl<const D: usize> CutBody<D> {
                     },
                     |kept| (&kept.faces[axis][n].arm, kept.faces[axis][n].distance),
                 );
-                let (share, kept) = around.flow(around.width_at(k, arm, own));
-                if kept > 0.0 && around.is_nearest(k, arm, own) {
-                    gaps.push(GapFace { face: cut.face, share, kept: kept * kept });
+                let flow = around.flow(around.width_at(k, arm, own));
+                if let Some(flow) = flow.filter(|_| around.is_nearest(k, arm, own)) {
+                    gaps.push(GapFace { face: cut.face, flow });
                 }
             }
         }
@@ -607,12 +604,10 @@ impl<const D: usize> CutBody<D> {
     /// Distances from a body up to which cells concern it, those in gaps up to `tight` (m).
     fn reach(&self, around: &Surroundings<D>, k: usize, moved: &Moved, tight: f64) -> CellRanges {
         let body = &around.bodies[k];
-        // No body has left a cell that is further off than a point of it went.
-        let turned = (around.orientation.matrix() - moved.orientation.matrix()).norm();
-        let turned = if around.round.is_some() { 0.0 } else { turned };
         CellRanges {
             tight,
-            travelled: moved.displacement.norm() + (turned + 1e-9) * body.radius(),
+            // No body has left a cell that is further off than a point of it went.
+            travelled: moved.farthest + 1e-9 * body.radius(),
             beside: if self.surface.flat { beside_face(around.grid) } else { 0.0 },
             outside: if self.surface.flat && around.profiles.cubic {
                 2.0 * CLOSE * around.profiles.h
@@ -644,9 +639,12 @@ impl<const D: usize> CutBody<D> {
         let mut weight = 1.0;
         if let (true, [foot]) = (s > 0.0 && !cleared, feet) {
             let normal = foot.normal(around.round, arm);
-            let (across, share) = self.stencils.profile_across(around, image, &normal, s);
-            weight = share;
-            if weight > 0.0 {
+            weight = 0.0;
+            let across = self.stencils.profile_across(around, image, &normal, s);
+            if let Some((across, flow)) = across {
+                let place = self.ghosts.cells.len() as u32;
+                let shared = shared.then_some(self.ghosts.shared.len() as u32);
+                self.ghosts.in_gaps.push(GapCell { place, shared, flow });
                 self.add_profile(arm, across, 1.0);
             } else if self.surface.flat
                 && around.profiles.cubic

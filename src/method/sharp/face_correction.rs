@@ -39,6 +39,7 @@ pub fn interpolate<const D: usize>(
         }
     }
     predict_open(grid, u, weights, dt, acceleration, correction, faces);
+    let friction = cut.friction;
     let mut before = &cut.corrections_before[..];
     for axis in 0..D {
         let q = &u[axis];
@@ -61,7 +62,9 @@ pub fn interpolate<const D: usize>(
                 }
             }
             for (gap, flow) in cut.faces.gaps[axis].iter().zip(of_gaps) {
-                correction[gap.face as usize] += gap.share * (gap.kept - keep).max(0.0) * flow;
+                // Twice half a step.
+                let kept = gap.flow.kept(friction).powi(2);
+                correction[gap.face as usize] += gap.flow.share * (kept - keep).max(0.0) * flow;
             }
         }
         cover(cut, axis, bodies, dt, a, correction, &mut faces[axis]);

@@ -23,7 +23,6 @@ use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::numerics::{BLENDING_WIDTH, IMAGE_POINT, SLOPE_IMAGE_POINT};
 use crate::particles::{Body, Velocities};
 use nalgebra::Vector3;
-use std::cell::Cell;
 
 /// Rate at which friction slows the flow through a gap that the grid does not resolve (nu over the
 /// width squared): that of Poiseuille's parabola between two walls.
@@ -89,8 +88,6 @@ pub struct Surroundings<'a, const D: usize> {
     pub near: &'a [Neighbour],
     /// Which sides of the box are as near to the body that is built.
     pub walls: [[bool; 2]; D],
-    /// Whether any of what is built depends on the friction in gaps.
-    pub rubs: Cell<bool>,
     /// The profiles.
     pub profiles: &'a Profiles,
 }
@@ -100,9 +97,8 @@ pub struct Surroundings<'a, const D: usize> {
 pub struct Profiles {
     /// The spacing that depths and image points count in (m).
     pub h: f64,
-    /// Friction in a gap of one spacing: before the flow there is imposed, its walls reduce it by
-    /// `exp(-friction)`.
-    pub friction: f64,
+    /// Whether there is friction in gaps.
+    pub viscous: bool,
     /// Whether cells near the surface take the cubic extrapolation: where no body moves.
     pub cubic: bool,
     /// Gap beyond which nothing is felt of what lies there (m).
@@ -114,12 +110,12 @@ pub struct Profiles {
 }
 
 impl Profiles {
-    /// On a grid of this spacing (m), with this friction, and the cubic extrapolation or not.
-    pub fn new(h: f64, friction: f64, cubic: bool) -> Profiles {
+    /// On a grid of this spacing (m), with friction in gaps and the cubic extrapolation or not.
+    pub fn new(h: f64, viscous: bool, cubic: bool) -> Profiles {
         let distance = SLOPE_IMAGE_POINT;
         Profiles {
             h,
-            friction,
+            viscous,
             cubic,
             reach: reach(cubic) * h,
             parabola: Parabola::new(IMAGE_POINT),
@@ -171,6 +167,23 @@ impl Shares {
     pub fn beside_corner(self, clear: f64) -> Shares {
         let full = clear * self.full;
         Shares { full, linear: self.linear + self.full - full, ..self }
+    }
+}
+
+/// The flow in a gap that the grid does not resolve.
+#[derive(Clone, Copy, Debug)]
+pub struct GapFlow {
+    /// Share of the gap that is not resolved.
+    pub share: f64,
+    /// Its width (spacings).
+    width: f64,
+}
+
+impl GapFlow {
+    /// Share of it that is left after half a step of this friction: that of a gap of one spacing,
+    /// whose walls reduce the flow by `exp(-friction)`.
+    pub fn kept(&self, friction: f64) -> f64 {
+        (-friction / (self.width * self.width)).exp()
     }
 }
 
@@ -252,16 +265,11 @@ impl<const D: usize> Surroundings<'_, D> {
         facing + (1.0 - facing) * smooth_step(least / out, 0.5, 1.0)
     }
 
-    /// Share of a gap of this width (m) that the grid does not resolve, and share of its flow that
-    /// friction leaves in half a step.
-    pub fn flow(&self, width: f64) -> (f64, f64) {
-        let gap = (width / self.profiles.h).max(1e-6);
-        let share = Shares::of(gap).across;
-        if share == 0.0 {
-            return (0.0, 0.0);
-        }
-        self.rubs.set(true);
-        (share, (-self.profiles.friction / (gap * gap)).exp())
+    /// The flow in a gap of this width (m), as far as the grid does not resolve it.
+    pub fn flow(&self, width: f64) -> Option<GapFlow> {
+        let width = (width / self.profiles.h).max(1e-6);
+        let share = Shares::of(width).across;
+        (share > 0.0).then_some(GapFlow { share, width })
     }
 
     /// Width (m) of the gap that has the point at `arm` (m) from the centre of body `k`, `own` (m)

@@ -111,7 +111,7 @@ use crate::particles::{Body, RigidVelocity, velocities};
 use crate::petsc::LogStage;
 use crate::poisson::pressure::{Accuracy, Projected};
 use crate::scheme::Scheme;
-use crate::state::{Balance, BeforeForcing, Exchange, State, SurfaceHistory};
+use crate::state::{Balance, BeforeForcing, BodyHistory, Exchange, State, SurfaceHistory};
 use acceleration::PressureAcceleration;
 use cut::CutBodies;
 pub use gap::reach as gap_reach;
@@ -151,10 +151,10 @@ impl<const D: usize> Method<D> for Sharp<D> {
 
     fn step(&mut self, domain: &mut Domain<D>, s: &mut State<D>, dt: f64) -> Result<Projected> {
         // (17, 18, 20-26) bodies to their new place, faces open there
-        self.predict_positions(domain, s, dt)?;
+        let rebuilt = self.predict_positions(domain, s, dt)?;
         let numbers = StepNumbers::find(domain, s, &self.cut, dt)?;
         // correction = q - mean(u), at that place
-        self.update_face_correction(domain, s, numbers, dt)?;
+        self.update_face_correction(domain, s, numbers, rebuilt, dt)?;
         // (7) u* with the last pressure, ghost cells set
         let sides = self.predict_cells(domain, s, dt)?;
         // (17, 18) bodies by all forces but the new pressure
@@ -179,7 +179,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
             .as_ref()
             .map_or_else(Default::default, |contacts| contacts.untouched());
         s.surfaces = Some(SurfaceHistory::new(&domain.grid, s.bodies.len()));
-        self.settle(domain, &s.bodies)?;
+        self.settle(domain, &s.bodies, &[])?;
         self.acceleration.clear();
         self.set_ghost_cells(domain, &s.bodies, &mut s.u)?;
         face_correction::interpolate(
@@ -198,6 +198,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         copy(&s.faces, &mut surfaces.correction);
         surfaces.before_forcing.reserve(self.cut.most_ghost_cells());
         self.rigid.initialise_history(domain, s, &self.cut, |_| true)?;
+        self.cut.keep(&mut SurfaceHistory::of(&mut s.surfaces)?.bodies);
         s.exchange.fill(Exchange::default());
         s.balance = s.has_free_bodies().then(Balance::default);
         self.start_balance(domain, s)?;
@@ -211,9 +212,10 @@ impl<const D: usize> Method<D> for Sharp<D> {
             contacts.setup().check(&s.touching)?;
         }
         // Ghosts depend on which boundaries bodies are near to.
-        self.settle(domain, &s.bodies)?;
+        let surfaces = SurfaceHistory::of(&mut s.surfaces)?;
+        self.settle(domain, &s.bodies, &surfaces.bodies)?;
         domain.boundaries.fill_velocity(&mut s.u)?;
-        SurfaceHistory::of(&mut s.surfaces)?.before_forcing.reserve(self.cut.most_ghost_cells());
+        surfaces.before_forcing.reserve(self.cut.most_ghost_cells());
         self.acceleration.of_pressure(domain, &mut self.cut, &s.bodies, &s.p, s.drive);
         Ok(())
     }
@@ -235,7 +237,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn place(&mut self, domain: &Domain<D>, s: &State<D>) {
-        self.cut.settle(domain, &s.bodies);
+        self.cut.settle(domain, &s.bodies, &[]);
     }
 
     fn contacts(&self) -> Option<&Contacts> {
@@ -317,28 +319,32 @@ impl<const D: usize> Sharp<D> {
         }
     }
 
-    /// (17, 18, 20-26): moves the bodies on by `dt` (s), and opens the faces there. Collective.
+    /// (17, 18, 20-26): moves the bodies on by `dt` (s), and opens the faces there. Returns whether
+    /// any were cut anew. Collective.
     fn predict_positions(
         &mut self,
         domain: &mut Domain<D>,
         s: &mut State<D>,
         dt: f64,
-    ) -> Result<()> {
+    ) -> Result<bool> {
         let _logged = domain.session.log(LogStage::Bodies)?;
         let Sharp { cut, rigid, .. } = self;
         rigid.begin(domain, s, cut.h, dt)?;
         s.substeps = 0;
+        let mut rebuilt = false;
         if s.bodies.iter().any(Body::moves) {
-            cut.keep_poses(&s.bodies);
             rigid.advance(domain, s, cut.h, dt)?;
-            cut.rebuild_moved(domain, &s.bodies, dt);
+            rebuilt = cut.rebuild_moved(domain, &s.bodies, dt);
+            cut.keep(&mut SurfaceHistory::of(&mut s.surfaces)?.bodies);
+        }
+        if rebuilt {
             boundaries::cover_boundaries(cut, domain);
         }
         if self.set_ghost_layers(domain, &s.bodies) {
             domain.boundaries.fill_velocity(&mut s.u)?;
         }
         domain.clock.lap(Stage::Particles);
-        Ok(())
+        Ok(rebuilt)
     }
 
     /// Sets the velocity of the cells inside the bodies. Collective.
@@ -361,11 +367,11 @@ impl<const D: usize> Sharp<D> {
         domain: &mut Domain<D>,
         s: &mut State<D>,
         numbers: StepNumbers,
+        rebuilt: bool,
         dt: f64,
     ) -> Result<()> {
         let _logged = domain.session.log(LogStage::Prediction)?;
-        let moves = s.bodies.iter().any(Body::moves);
-        if moves {
+        if rebuilt {
             domain.projection.assemble(&domain.grid, &self.cut.beta)?;
             domain.clock.lap(Stage::Assembly);
         }
@@ -373,7 +379,7 @@ impl<const D: usize> Sharp<D> {
             let surfaces = SurfaceHistory::of(&mut s.surfaces)?;
             let stage = &mut self.prediction.stage;
             copy(&s.u, stage);
-            if moves {
+            if s.bodies.iter().any(Body::moves) {
                 // The drive has not accelerated the fluid of this step yet, nor the bodies beside
                 // it.
                 let acceleration = &self.acceleration;
@@ -401,7 +407,9 @@ impl<const D: usize> Sharp<D> {
                 &mut surfaces.correction,
             );
         }
-        self.acceleration.find_cut_changes(domain, &mut self.cut, &s.bodies);
+        if rebuilt {
+            self.acceleration.find_cut_changes(domain, &mut self.cut, &s.bodies);
+        }
         domain.clock.lap(Stage::Mixing);
         Ok(())
     }
@@ -502,8 +510,14 @@ impl<const D: usize> Sharp<D> {
         Ok(())
     }
 
-    fn settle(&mut self, domain: &mut Domain<D>, bodies: &[Body]) -> Result<()> {
-        self.cut.settle(domain, bodies);
+    /// As [`CutBodies::settle`], with the boundaries and the operator. Collective.
+    fn settle(
+        &mut self,
+        domain: &mut Domain<D>,
+        bodies: &[Body],
+        histories: &[BodyHistory],
+    ) -> Result<()> {
+        self.cut.settle(domain, bodies, histories);
         boundaries::straighten_boundaries(&self.cut, domain, bodies);
         boundaries::cover_boundaries(&self.cut, domain);
         self.set_ghost_layers(domain, bodies);

@@ -9,9 +9,7 @@ use nalgebra::Vector3;
 pub struct NearBodies {
     /// Per body, the others, in the order of the bodies.
     pub near: Vec<Vec<usize>>,
-    /// Whether a body had others near before the last search.
-    pub had: Vec<bool>,
-    /// Whether any of those, or of those near it now, moves.
+    /// Whether any of those near it now, or before the last search, had moved then.
     pub restless: Vec<bool>,
     neighbours: Box<Neighbours>,
     /// The obstacles among them, which are looked at one by one.
@@ -35,7 +33,6 @@ impl NearBodies {
         let n = bodies.len();
         NearBodies {
             near: (0..n).map(|_| Vec::with_capacity(room)).collect(),
-            had: vec![false; n],
             restless: vec![false; n],
             neighbours: Box::new(Neighbours::new(bodies, size, periods)),
             obstacles: (0..n).filter(|k| bodies[*k].shape().is_obstacle()).collect(),
@@ -47,12 +44,10 @@ impl NearBodies {
         }
     }
 
-    /// Finds them anew.
-    pub fn find(&mut self, bodies: &[Body]) {
-        let moves = |near: &Vec<usize>| near.iter().any(|j| bodies[*j].moves());
-        let all = self.had.iter_mut().zip(&mut self.restless).zip(&mut self.near);
-        for ((had, restless), near) in all {
-            *had = !near.is_empty();
+    /// Finds them anew; some of the bodies have `moved`.
+    pub fn find(&mut self, bodies: &[Body], moved: &[bool]) {
+        let moves = |near: &Vec<usize>| near.iter().any(|j| moved[*j]);
+        for (restless, near) in self.restless.iter_mut().zip(&mut self.near) {
             *restless = moves(near);
             near.clear();
         }

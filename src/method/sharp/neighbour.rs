@@ -5,9 +5,10 @@ use crate::grid::{Boundaries, BoundaryKind, Grid};
 use crate::particles::{Body, nearest_image};
 use mics_shapes::meets_ball;
 use nalgebra::{Matrix3, Vector3};
+use std::cell::Cell;
 
 /// A body near another one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Neighbour {
     /// Its number.
     pub body: usize,
@@ -21,6 +22,8 @@ pub struct Neighbour {
     round: Option<f64>,
     /// The radius of the sphere that holds it (m).
     radius: f64,
+    /// The point that was last asked for its distance from one that is not round, and that (m).
+    known: Cell<(Vector3<f64>, f64)>,
     /// A normal of a round body on which it lies less far than this (m) from its centre misses it;
     /// nothing where one of the two is not round.
     pub(super) grazes: f64,
@@ -126,7 +129,8 @@ impl Neighbour {
     ) -> Neighbour {
         let round = round(body);
         let radius = body.radius();
-        Neighbour { body: number, apart, orientation, mirror, round, radius, grazes: 0.0 }
+        let known = Cell::new((Vector3::zeros(), f64::NEG_INFINITY));
+        Neighbour { body: number, apart, orientation, mirror, round, radius, known, grazes: 0.0 }
     }
 
     /// The neighbour beside a body of this radius (m), where that is round.
@@ -151,19 +155,25 @@ impl Neighbour {
     /// body that it is near.
     #[inline]
     pub(super) fn distance(&self, bodies: &[Body], arm: &Vector3<f64>) -> f64 {
-        let arm = arm - self.apart;
-        self.round.map_or_else(
-            || bodies[self.body].shape().turned(&self.orientation).distance(&arm),
-            |radius| arm.norm() - radius,
-        )
+        let place = arm - self.apart;
+        if let Some(radius) = self.round {
+            return place.norm() - radius;
+        }
+        let distance = bodies[self.body].shape().turned(&self.orientation).distance(&place);
+        self.known.set((*arm, distance));
+        distance
     }
 
-    /// Whether its surface is further from there than this (m) beyond doubt, which is found without
-    /// a root.
+    /// Whether its surface is further from there than this (m) beyond doubt: by the sphere that
+    /// holds it, without a root, or since the way from the last point is no longer.
     #[inline]
     pub(super) fn is_beyond(&self, arm: &Vector3<f64>, distance: f64) -> bool {
         let least = (distance + self.radius).max(0.0);
-        (arm - self.apart).norm_squared() > (1.0 + 1e-12) * least * least
+        if (arm - self.apart).norm_squared() > (1.0 + 1e-12) * least * least {
+            return true;
+        }
+        let (point, known) = self.known.get();
+        known > distance && (arm - point).norm() < (1.0 - 1e-12) * (known - distance)
     }
 
     /// Distance (m) along a ray from the point at `from` (m) along `n` to its surface, if it meets

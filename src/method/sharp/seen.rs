@@ -17,13 +17,23 @@ pub struct Moved {
     pub displacement: Vector3<f64>,
     /// Its orientation before the step.
     pub orientation: Orientation,
+    /// As far as a point of it went (m).
+    pub farthest: f64,
 }
 
 impl Moved {
+    /// None of a body that lies where it lay.
+    pub fn not(body: &Body) -> Moved {
+        let orientation = body.orientation();
+        Moved { displacement: Vector3::zeros(), orientation, farthest: 0.0 }
+    }
+
     /// The displacement of a body since it had this pose, to the nearest image.
     pub fn since(before: &Pose, body: &Body, periods: &[Option<f64>; 3]) -> Moved {
         let displacement = nearest_image(&before.place, &body.centre, periods);
-        Moved { displacement, orientation: before.orientation }
+        let turned = (body.orientation().matrix() - before.orientation.matrix()).norm();
+        let farthest = displacement.norm() + turned * body.radius();
+        Moved { displacement, orientation: before.orientation, farthest }
     }
 }
 
@@ -191,7 +201,7 @@ pub struct Kept<const D: usize> {
     /// Where it stays (m), and how it is turned.
     centre: Vector3<f64>,
     orientation: Orientation,
-    /// The faces that it covers, by axis, before it shares them with others.
+    /// The faces that it covers, by axis.
     pub faces: [Vec<KeptFace>; D],
     /// Whether the cells of a body that is not round have been seen, these, and their feet.
     pub sees: bool,
@@ -204,8 +214,6 @@ pub struct Kept<const D: usize> {
 /// A face that such a body covers.
 #[derive(Clone, Copy, Debug)]
 pub struct KeptFace {
-    /// Solid fraction.
-    pub solid_fraction: f64,
     /// From the body's centre to the face's (m), and the signed distance from its surface there
     /// (m), where it covers a part.
     pub arm: Vector3<f64>,

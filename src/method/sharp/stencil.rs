@@ -32,7 +32,7 @@
 //!   the cells and weights of all image points  ->  the velocities there  ->  the sums of each
 //! ```
 
-use super::gap::{Other, Shares, Surroundings, smooth_step};
+use super::gap::{GapFlow, Other, Shares, Surroundings, smooth_step};
 use super::image_point::{ImagePoint, Lattice, Place, Ray};
 use super::normal::{Line, Normal};
 use super::profile;
@@ -236,23 +236,19 @@ impl<const D: usize> Stencils<D> {
         Some(Cubic { cubic, profile: profile as u32, part, added })
     }
 
-    /// The straight profile across a gap, outside at the distance `s` (m) from the surface, and its
-    /// weight; of nothing where it has none.
+    /// The straight profile across a gap, outside at the distance `s` (m) from the surface, and the
+    /// flow there that gives way to it; of nothing where none does.
     pub fn profile_across(
         &mut self,
         around: &Surroundings<D>,
         image: &Image,
         normal: &Normal,
         s: f64,
-    ) -> (Stencil, f64) {
+    ) -> Option<(Stencil, GapFlow)> {
         let gap = around.gap(&image.centre, normal);
-        let (share, kept) = around.flow(gap.width);
-        let weight = share * (1.0 - kept);
-        if weight == 0.0 {
-            return (Stencil::STILL, weight);
-        }
+        let flow = around.flow(gap.width).filter(|_| around.profiles.viscous)?;
         let across = s / gap.width.max(0.5 * around.profiles.h).max(s);
-        (self.stencil(image, normal, [], across, gap.other), weight)
+        Some((self.stencil(image, normal, [], across, gap.other), flow))
     }
 
     /// The slope of the velocity along the outward normal through a point of the surface (1/s).
