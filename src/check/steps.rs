@@ -2,7 +2,7 @@
 //! be expected, and how many of that length there are.
 
 use super::layer::{fall_speed, largest_speed};
-use crate::config::{Case, Side, Step};
+use crate::config::{Case, Scheme, Side, Step};
 use crate::method::sharp::gap_reach;
 use crate::particles::Body;
 use crate::scene::Scene;
@@ -30,6 +30,7 @@ pub fn describe<const D: usize>(
         number(case.time.end),
         shorter.unwrap_or_default()
     ));
+    lines.extend(steps_of_crowd(case));
     lines.extend(long_beside_wall(case, scene, limits));
     (lines, count(dt.min(later)))
 }
@@ -73,6 +74,19 @@ fn limit_lines(limits: &Limits) -> Vec<String> {
         lines.push(format!("step limit   {limit:.4e} s, {bound}{stages}"));
     }
     lines
+}
+
+/// The long steps of a crowd, whose error is that of its means.
+fn steps_of_crowd(case: &Case) -> Option<String> {
+    let crowding = case.crowding();
+    let long = crowding > 1.0 && case.time.scheme() == Scheme::Rkl3;
+    long.then(|| {
+        format!(
+            "note         free particles are a crowd, with {crowding:.1} times the least \
+            cross-section of the box: steps of rkl3 keep its means; for the paths of single \
+            particles time.cfl = 0.4 takes rkl2"
+        )
+    })
 }
 
 /// A free body that begins beside a wall along which gravity pulls it, in steps that take more

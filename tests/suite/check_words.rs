@@ -184,6 +184,28 @@ fn check_warns_of_many_stages_for_body_beside_wall() {
     assert!(!case(0.0052, "rk2") && !case(0.015, "rkl2"));
 }
 
+/// Twelve discs of a tenth of the box cover its section 1.2 times and are a crowd; eight are none,
+/// nor are those whose step is given.
+#[test]
+fn default_step_of_crowd_is_long_and_check_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("case.toml");
+    for (count, time, long) in [(12, "", true), (8, "", false), (12, ", cfl = 0.4", false)] {
+        let text = format!(
+            "name = \"crowd\"\ndomain = {{ size = [0.06, 0.06], cells = [60, 60] }}\n\
+             fluid = {{ density = 1000.0, viscosity = 0.05, gravity = [0.0, -9.81] }}\n\
+             boundary = {{ west = \"wall\", east = \"wall\", south = \"wall\", north = \"wall\" \
+                 }}\ncontact = {{}}\ntime = {{ end = 0.1{time} }}\n\
+             swarm = [{{ count = {count}, diameter = 0.006, density = 2650.0, region = {{ min = \
+                 [0.0, 0.0], max = [0.06, 0.06] }} }}]\n"
+        );
+        std::fs::write(&file, text).unwrap();
+        let (code, said) = says(&["check", file.to_str().unwrap()]);
+        let found = said.contains("are a crowd, with 1.2 times the least cross-section");
+        assert!(code == Some(0) && found == long, "{count}{time}: {said}");
+    }
+}
+
 /// The flow through a channel of two or three cells is far from right.
 #[test]
 fn channels_of_few_cells_are_warned_of() {

@@ -1,5 +1,6 @@
 //! The keys that a case leaves out, where their defaults depend on others.
 
+use super::time::Bodies;
 use super::{Case, Motion, Side, WallRule, direction};
 use crate::config::fault::{Check, Within};
 
@@ -24,9 +25,14 @@ pub(in crate::config) fn fill(case: &mut Case) -> Check {
     let count = case.particle.len();
     let resting = case.particle.iter().filter(|p| p.motion == Motion::Fixed).count();
     case.output.fill(count, resting);
-    let some = case.has_bodies();
     let moves = resting < count || case.obstacle.iter().any(|o| o.motion != Motion::Fixed);
-    case.time.fill(case.coupling.wall == WallRule::Mixture && some, some, moves)
+    let bodies = match (case.has_bodies(), moves) {
+        (false, _) => Bodies::None,
+        (true, false) => Bodies::Fixed,
+        (true, true) if case.crowding() > 1.0 => Bodies::Crowd,
+        (true, true) => Bodies::Moving,
+    };
+    case.time.fill(case.coupling.wall == WallRule::Mixture && case.has_bodies(), bodies)
 }
 
 fn fill_measures(case: &mut Case) -> Check {

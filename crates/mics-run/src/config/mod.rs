@@ -78,6 +78,7 @@ pub use time::{Advection, Scheme, Step, Time};
 use message::unnamed;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// The material of particles that name none.
 pub const DEFAULT_MATERIAL: &str = Particle::DEFAULT_MATERIAL;
@@ -155,6 +156,17 @@ impl Case {
     /// Whether there is anything in the fluid: a particle, or an obstacle.
     pub fn has_bodies(&self) -> bool {
         !self.particle.is_empty() || !self.obstacle.is_empty()
+    }
+
+    /// Cross-sections of the free particles together, over the least cross-section of the box:
+    /// how many others a free particle meets on its way along the box. Above 1 they are a crowd,
+    /// of which meetings soon part the paths of any two runs, so that means alone count.
+    pub fn crowding(&self) -> f64 {
+        let section = |d: f64| if self.dimension() == 2 { d } else { 0.25 * PI * d * d };
+        let free = self.particle.iter().filter(|particle| particle.is_free());
+        let sections: f64 = free.map(|particle| section(particle.shape.diameter())).sum();
+        let longest = self.domain.size.iter().copied().fold(0.0, f64::max);
+        sections * longest / self.domain.size.iter().product::<f64>()
     }
 
     /// Whether the sides that close this axis are joined.

@@ -17,7 +17,8 @@ pub struct Time {
     /// Courant number of a step, sum over axes of |u| dt/h; default 0.4 (0.8 for rkl3, 0.2 for
     /// euler with upwind advection).
     pub cfl: Option<f64>,
-    /// The time scheme; default rkl3, rkl2 where particles move, rk2 with the mixture method.
+    /// The time scheme; default rkl3; rkl2 where particles move, unless the free ones are a crowd
+    /// and neither `cfl` nor `step` is given; rk2 with the mixture method.
     pub scheme: Option<Scheme>,
     /// Most stages of a step of rkl2 or rkl3, 3 to 50; default 10, beside fixed particles 8, where
     /// particles move 4.
@@ -27,15 +28,24 @@ pub struct Time {
     pub advection: Advection,
 }
 
-/// Most stages of a step without bodies, with fixed bodies only, and with moving bodies. The
-/// velocity imposed at a wall has a part that turns and does not decay: with ten stages the drag of
-/// a fixed disc keeps fluctuating by some thousandths at a quarter of its places, with eight at
-/// none. A moving body feels the fluid's response a step late; the longer the steps, the fewer it
-/// has to come to rest on a wall.
-const MAX_STAGES: [usize; 3] = [10, 8, 4];
+/// Most stages of a step by [`Bodies`]. The velocity imposed at a wall has a part that turns and
+/// does not decay: with ten stages the drag of a fixed disc keeps fluctuating by some thousandths
+/// at a quarter of its places, with eight at none. A moving body feels the fluid's response a step
+/// late; the longer the steps, the fewer it has to come to rest on a wall.
+const MAX_STAGES: [usize; 4] = [10, 8, 4, 4];
 
 /// Most stages of a step that have a use: rounding grows with them.
 const MOST_STAGES: usize = 50;
+
+/// The bodies of a case, as far as defaults depend on them.
+#[derive(Clone, Copy)]
+pub(super) enum Bodies {
+    None,
+    Fixed,
+    Moving,
+    /// So many move that they meet each other ([`Case::crowding`]).
+    Crowd,
+}
 
 /// Rule for the length of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,13 +92,14 @@ impl Time {
         Ok(())
     }
 
-    /// Fills in the keys that are not given: `mixed` with the mixture method and bodies, `some`
-    /// where there are bodies, `moves` where any of them move.
-    pub(super) fn fill(&mut self, mixed: bool, some: bool, moves: bool) -> Check {
-        let scheme = *self.scheme.get_or_insert(match (mixed, moves) {
-            (true, _) => Scheme::Rk2,
-            (false, true) => Scheme::Rkl2,
-            (false, false) => Scheme::Rkl3,
+    /// Fills in the keys that are not given; `mixed` with the mixture method and bodies.
+    pub(super) fn fill(&mut self, mixed: bool, bodies: Bodies) -> Check {
+        let given = self.step.or(self.cfl).is_some();
+        let scheme = *self.scheme.get_or_insert(match bodies {
+            _ if mixed => Scheme::Rk2,
+            Bodies::Moving => Scheme::Rkl2,
+            Bodies::Crowd if given => Scheme::Rkl2,
+            _ => Scheme::Rkl3,
         });
         let stages = self.max_stages.is_some();
         let key = if stages { "time.max_stages" } else { "time.scheme" };
@@ -99,7 +110,7 @@ impl Time {
             coupling.wall = \"sharp\""
         );
         if scheme.has_further_stages() {
-            self.max_stages.get_or_insert(MAX_STAGES[usize::from(some) + usize::from(moves)]);
+            self.max_stages.get_or_insert(MAX_STAGES[bodies as usize]);
         }
         if self.step.is_none() {
             self.cfl.get_or_insert(match scheme {
