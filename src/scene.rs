@@ -7,6 +7,7 @@ mod cells;
 mod describe;
 mod diagnostics;
 mod dimensions;
+mod division;
 mod insertion;
 mod sides;
 
@@ -33,6 +34,7 @@ use build::{axes, body, method, refuse_shapes, scatter, solver};
 pub use cells::read_case;
 pub use describe::{needs, stages};
 pub use diagnostics::gather;
+pub(crate) use division::surface_work;
 pub use insertion::{admit, bring, ids, keep_only, leaving, remove};
 use nalgebra::Vector3;
 use sides::boundary;
@@ -440,7 +442,8 @@ fn build_domain<const D: usize>(
     let periodic = std::array::from_fn(|a| case.periodic(a));
     let sharp = build::walls_are_sharp(case, bodies);
     let ghosts = if sharp { sharp::ghost_width(&case.spacings()).1 } else { GHOSTS };
-    let layout = Layout::new(session, &cells, &periodic, ghosts)?;
+    let imbalance = |ranks: [usize; 3]| division::imbalance::<D>(case, axes(&ranks));
+    let layout = Layout::balanced(session, &cells, &periodic, ghosts, &imbalance)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
     let kinds = std::array::from_fn(|a| [0, 1].map(|s| boundary(&grid, [a, s], case, bodies)));
     let parabola = case.coupling.wall == WallRule::Sharp;
