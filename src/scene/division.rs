@@ -10,8 +10,8 @@ use crate::config::{Case, Particle};
 use crate::grid::Division;
 use std::f64::consts::PI;
 
-/// Work of a cell that the surface of a body cuts, in cells of fluid: ghost cells, apertures, forces
-/// (crowds, beds and spheres take 20 to 60).
+/// Work of a cell that the surface of a body cuts, in cells of fluid: ghost cells, apertures and
+/// forces (crowds, beds and spheres take 20 to 60).
 const SURFACE_CELL: f64 = 30.0;
 
 /// Work of the cells that the surface of a body cuts, in cells of fluid.
