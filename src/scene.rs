@@ -92,7 +92,8 @@ impl<const D: usize> Scene<D> {
         Scene::extended(session, case, None, Vec::new())
     }
 
-    /// Builds the scene with these bodies, of any shape, in place of the particles. Collective.
+    /// Builds the scene with these bodies, of any shape, in place of the particles; their numbers
+    /// are their places among these. Collective.
     ///
     /// # Errors
     /// As [`Scene::extended`].
@@ -123,13 +124,16 @@ impl<const D: usize> Scene<D> {
     ) -> Result<Scene<D>> {
         let own = || case.particle.iter().map(body).collect();
         let mut bodies: Vec<Body> = bodies.unwrap_or_else(own);
+        let given = bodies.len();
         bodies.extend((0..case.obstacle.len()).map(|number| build::obstacle(case, number)));
         bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
+        build::sort_from_middle(&mut bodies[..given], &case.domain.size);
         refuse_shapes::<D>(case, &bodies)?;
         let domain = build_domain(session, case, &bodies, forces)?;
         let enters = |body: &Body| case.particle.get(body.id).is_some_and(|p| p.enter.is_some());
-        let waiting: Vec<u64> =
+        let mut waiting: Vec<u64> =
             bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
+        waiting.sort_unstable();
         let fluid = domain.fluid;
         let coming_fall = bodies
             .iter()
@@ -321,8 +325,8 @@ impl<const D: usize> Scene<D> {
         let size: [f64; 3] =
             std::array::from_fn(|a| domain.grid.size.get(a).copied().unwrap_or(f64::INFINITY));
         let inside = |body: &Body| (0..D).all(|a| (0.0..=size[a]).contains(&body.centre[a]));
-        if let Some(k) = state.bodies.iter().position(|body| !inside(body)) {
-            return Err(Error::Usage(format!("it has particle {k} outside the box")));
+        if let Some(body) = state.bodies.iter().find(|body| !inside(body)) {
+            return Err(Error::Usage(format!("it has {} outside the box", body.called())));
         }
         if state.time < 0.0 || state.dt < 0.0 {
             return Err(Error::Usage("its time runs backwards".into()));

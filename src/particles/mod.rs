@@ -10,7 +10,9 @@ mod inertia;
 mod load;
 mod neighbours;
 
-pub use body::{Accelerations, Body, Freedom, Motion, Oscillation, all_fixed, nearest_image};
+pub use body::{
+    Accelerations, Body, Freedom, Motion, Oscillation, all_fixed, by_number, nearest_image,
+};
 pub(crate) use colours::{Colours, Span};
 pub use gap::gap;
 pub use inertia::Inertia;
