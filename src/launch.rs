@@ -3,13 +3,11 @@
 //! ```text
 //!   work = cells + 30 (cells that the surfaces of bodies cut),     ranks = work/100,000
 //! ```
-//! A cell at a surface costs as much as thirty of fluid: ghost cells, apertures, forces (crowds,
-//! beds and spheres take 20 to 60).
+//! A cell at a surface costs as much as thirty of fluid ([`surface_work`]).
 
-use crate::config::{Case, Particle, Solver};
-use crate::scene::read_case;
+use crate::config::{Case, Solver};
+use crate::scene::{read_case, surface_work};
 use crate::{Error, Result};
-use std::f64::consts::PI;
 use std::path::Path;
 use std::str::FromStr;
 use std::{env, thread};
@@ -19,9 +17,6 @@ const WORK_A_RANK: usize = 100_000;
 
 /// Cells below which a rank's box is little but ghosts.
 const CELLS_A_RANK: usize = 8_000;
-
-/// Cost of a cell that a body's surface cuts, in cells of fluid.
-const SURFACE_CELL: f64 = 30.0;
 
 /// The work of a step and the cells that it is divided by.
 #[derive(Clone, Copy, Debug)]
@@ -34,16 +29,9 @@ pub struct RunSize {
 impl RunSize {
     /// The work of a case, with its bodies as they are told.
     pub fn of(case: &Case) -> RunSize {
-        let domain = &case.domain;
-        let cells: usize = domain.cells.iter().product();
-        let spacing = domain.size.iter().zip(&domain.cells).map(|(size, n)| size / *n as f64);
-        let h = spacing.fold(f64::INFINITY, f64::min);
-        let surface = |particle: &Particle| {
-            let across = particle.shape.diameter() / h;
-            PI * if domain.cells.len() == 2 { across } else { across * across }
-        };
-        let surfaces: f64 = case.particle.iter().map(surface).sum();
-        RunSize { cells, work: cells + (SURFACE_CELL * surfaces) as usize }
+        let cells: usize = case.domain.cells.iter().product();
+        let surfaces: f64 = case.particle.iter().map(|p| surface_work(case, p)).sum();
+        RunSize { cells, work: cells + surfaces as usize }
     }
 
     /// Number of ranks that it is enough for, at least 1.
@@ -166,6 +154,7 @@ fn chooses_solver(case: &Case) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     #[test]
     fn ranks_option_is_number_or_auto() {

@@ -7,6 +7,7 @@ mod cells;
 mod describe;
 mod diagnostics;
 mod dimensions;
+mod division;
 mod insertion;
 mod sides;
 
@@ -33,6 +34,7 @@ use build::{axes, body, method, refuse_shapes, scatter, solver};
 pub use cells::read_case;
 pub use describe::{needs, stages};
 pub use diagnostics::gather;
+pub(crate) use division::surface_work;
 pub use insertion::{admit, bring, ids, keep_only, leaving, remove};
 use nalgebra::Vector3;
 use sides::boundary;
@@ -90,7 +92,8 @@ impl<const D: usize> Scene<D> {
         Scene::extended(session, case, None, Vec::new())
     }
 
-    /// Builds the scene with these bodies, of any shape, in place of the particles. Collective.
+    /// Builds the scene with these bodies, of any shape, in place of the particles; their numbers
+    /// are their places among these. Collective.
     ///
     /// # Errors
     /// As [`Scene::extended`].
@@ -121,13 +124,16 @@ impl<const D: usize> Scene<D> {
     ) -> Result<Scene<D>> {
         let own = || case.particle.iter().map(body).collect();
         let mut bodies: Vec<Body> = bodies.unwrap_or_else(own);
+        let given = bodies.len();
         bodies.extend((0..case.obstacle.len()).map(|number| build::obstacle(case, number)));
         bodies.iter_mut().enumerate().for_each(|(id, body)| body.id = id);
+        build::sort_from_middle(&mut bodies[..given], &case.domain.size);
         refuse_shapes::<D>(case, &bodies)?;
         let domain = build_domain(session, case, &bodies, forces)?;
         let enters = |body: &Body| case.particle.get(body.id).is_some_and(|p| p.enter.is_some());
-        let waiting: Vec<u64> =
+        let mut waiting: Vec<u64> =
             bodies.iter().filter(|body| enters(body)).map(|body| body.id as u64).collect();
+        waiting.sort_unstable();
         let fluid = domain.fluid;
         let coming_fall = bodies
             .iter()
@@ -319,8 +325,8 @@ impl<const D: usize> Scene<D> {
         let size: [f64; 3] =
             std::array::from_fn(|a| domain.grid.size.get(a).copied().unwrap_or(f64::INFINITY));
         let inside = |body: &Body| (0..D).all(|a| (0.0..=size[a]).contains(&body.centre[a]));
-        if let Some(k) = state.bodies.iter().position(|body| !inside(body)) {
-            return Err(Error::Usage(format!("it has particle {k} outside the box")));
+        if let Some(body) = state.bodies.iter().find(|body| !inside(body)) {
+            return Err(Error::Usage(format!("it has {} outside the box", body.called())));
         }
         if state.time < 0.0 || state.dt < 0.0 {
             return Err(Error::Usage("its time runs backwards".into()));
@@ -440,7 +446,8 @@ fn build_domain<const D: usize>(
     let periodic = std::array::from_fn(|a| case.periodic(a));
     let sharp = build::walls_are_sharp(case, bodies);
     let ghosts = if sharp { sharp::ghost_width(&case.spacings()).1 } else { GHOSTS };
-    let layout = Layout::new(session, &cells, &periodic, ghosts)?;
+    let imbalance = |ranks: [usize; 3]| division::imbalance::<D>(case, axes(&ranks));
+    let layout = Layout::balanced(session, &cells, &periodic, ghosts, &imbalance)?;
     let grid = Grid::new(cells, axes(&case.domain.size), periodic, &layout);
     let kinds = std::array::from_fn(|a| [0, 1].map(|s| boundary(&grid, [a, s], case, bodies)));
     let parabola = case.coupling.wall == WallRule::Sharp;

@@ -39,7 +39,8 @@ pub struct State<const D: usize> {
     pub faces: VectorField<D>,
     /// Face velocity of the step before (m/s); empty where the scheme carries with `faces` alone.
     pub faces_before: VectorField<D>,
-    /// The bodies, in the case's order.
+    /// The bodies: first those there from the start, by their distance from the middle of the box
+    /// then, next those that have come in, last the case's obstacles. [`Body::id`] is the number.
     pub bodies: Vec<Body>,
     /// Numbers of the bodies that have yet to come in, ascending.
     pub waiting: Vec<u64>,

@@ -114,16 +114,17 @@ impl Impulses<'_> {
     ) {
         self.scale_responses(|response| response);
         let Impulses { setup, pairs, states, constraints, outcome, .. } = self;
-        let layout = Layout { setup, regions: &pairs.regions, states, bodies };
-        let gave = pairs.list.iter().enumerate().filter(|(_, pair)| pair.sums.normal != 0.0);
+        let Pairs { list, colours, regions, .. } = &mut **pairs;
+        let layout = Layout { setup, regions, states, bodies };
+        let gave = colours.order().iter().filter(|p| list[**p].sums.normal != 0.0);
         constraints.clear();
-        constraints.extend(gave.map(|(p, pair)| Constraint::new(&layout, p, pair, dt)));
+        constraints.extend(gave.map(|&p| Constraint::new(&layout, p, &list[p], dt)));
         corrections.fill(Impulse::default());
         let mut first = 0.0;
         for sweep in 0..MOST_SWEEPS {
             let mut changed = 0.0f64;
             let mut solve = |constraint: &mut Constraint| {
-                let pair = &pairs.list[constraint.pair];
+                let pair = &list[constraint.pair];
                 changed = changed.max(constraint.solve(pair, states, residuals, corrections));
             };
             // There and back, so that neither end of a pile comes first.
@@ -140,7 +141,7 @@ impl Impulses<'_> {
             }
         }
         for constraint in constraints.iter() {
-            let pair = &mut pairs.list[constraint.pair];
+            let pair = &mut list[constraint.pair];
             let impulse = constraint.add_to(pair);
             if let Some(wall) = setup.wall(pair) {
                 outcome.strike_wall(&impulse, &wall.velocity);

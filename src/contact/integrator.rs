@@ -149,13 +149,14 @@ impl Integrator<'_> {
     /// left for it to do, pair by pair, each implicitly.
     fn lubricate(&mut self, h: f64, done: Option<usize>) {
         let Integrator { setup, pairs, states, bodies, outcome, .. } = self;
-        let Pairs { list, travels, regions, .. } = &mut **pairs;
+        let Pairs { list, colours, travels, regions, .. } = &mut **pairs;
         let range = setup.medium.range();
         if range == 0.0 {
             return;
         }
         let substep = if done.is_some() { h } else { 0.0 };
-        for pair in list {
+        for &place in colours.order() {
+            let pair = &mut list[place];
             pair.film.due += h;
             if let Some(met) = &mut pair.seen.met {
                 met.age += h;

@@ -5,7 +5,7 @@ use super::arms::{Arms, PairImpulse};
 use super::lubrication::Lubrication;
 use super::{Impulse, Springs};
 use crate::numerics::SLIDING_ONSET;
-use crate::particles::Body;
+use crate::particles::{Body, Span};
 use mics_shapes::{Part, Touch};
 use nalgebra::Vector3;
 
@@ -223,6 +223,15 @@ impl Pair {
         let way = bodies[self.second].centre - bodies[self.first].centre;
         let image = self.image + crossed(bodies, self.first, self.second, periods);
         Vector3::from_fn(|a, _| way[a] + periods[a].map_or(0.0, |length| length * image[a]))
+    }
+
+    /// Where it is; walls and obstacles are where the body is.
+    pub(super) fn span(&self, bodies: &[Body], periods: &[Option<f64>; 3]) -> Span {
+        let way = match self.partner {
+            Partner::Body => self.apart(bodies, periods),
+            Partner::Obstacle | Partner::Wall => Vector3::zeros(),
+        };
+        Span { from: bodies[self.first].centre, way }
     }
 }
 

@@ -5,7 +5,7 @@ use super::meeting::Layout;
 use super::pair::{Pair, crossed};
 use super::setup::Setup;
 use super::{Touching, Wall, obstacle};
-use crate::particles::{Body, Neighbours, nearest_image};
+use crate::particles::{Body, Colours, Neighbours, nearest_image};
 use mics_shapes::{Obstacle, Reach, Region, Regions};
 use nalgebra::Vector3;
 
@@ -14,6 +14,8 @@ use nalgebra::Vector3;
 pub(super) struct Pairs {
     /// The pairs in the order of their first body, ascending.
     pub(super) list: Vec<Pair>,
+    /// The order in which they act one after the other.
+    pub(super) colours: Colours,
     /// The pairs of the search before.
     pub(super) old: Vec<Pair>,
     /// Per body, its way since the search.
@@ -41,6 +43,7 @@ impl Pairs {
         let parts = bodies.iter().map(|body| body.parts().len().max(1)).sum::<usize>();
         Pairs {
             list: Vec::with_capacity(8 * parts),
+            colours: Colours::new(size, periods, 8 * parts),
             old: Vec::with_capacity(8 * parts),
             travels: vec![Travel::default(); bodies.len()],
             search_radius: vec![0.0; bodies.len()],
@@ -119,6 +122,7 @@ impl Pairs {
             }
             sort(&mut self.list[begin..], body, bodies, &setup.walls, &setup.periods);
         }
+        self.colours.sort(self.list.iter().map(|pair| pair.span(bodies, &setup.periods)));
     }
 
     /// Forgets who was near whom, finds how far bodies reach within `time` (s), and sorts them by

@@ -130,11 +130,11 @@ impl Setup {
                 (0..3).any(|a| image[a] != 0.0 && (second >= bodies || self.periods[a].is_none()));
             let misplaced = second <= first && !self.obstacles.contains(&second);
             if first >= bodies || misplaced || second >= bodies + self.walls.len() || imaged {
-                return Err(Error::Run(format!(
-                    "the saved contact of particle {first} with {second} does not belong to this \
-                    case: restart with \
-                     the particles and walls of the run that saved it"
-                )));
+                return Err(Error::Run(
+                    "a saved contact does not belong to this case: restart with the particles and \
+                    walls of the run that saved it"
+                        .into(),
+                ));
             }
         }
         Ok(())

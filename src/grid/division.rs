@@ -42,6 +42,29 @@ impl<const D: usize> Division<D> {
         if cell < longer { cell / (each + 1) } else { more + (cell - longer) / each }
     }
 
+    /// Work of the heaviest rank over the mean of all ranks. A cell is a work of 1, and bodies add
+    /// theirs at the cell of their centre.
+    pub fn imbalance(&self, bodies: impl Iterator<Item = ([usize; D], f64)>) -> f64 {
+        let count: usize = self.ranks.iter().product();
+        let mut work: Vec<f64> = (0..count).map(|rank| self.owned(rank) as f64).collect();
+        for (cell, more) in bodies {
+            work[self.owner(cell)] += more;
+        }
+        let mean = work.iter().sum::<f64>() / count as f64;
+        work.into_iter().fold(0.0, f64::max) / mean
+    }
+
+    /// Number of cells that a rank owns.
+    fn owned(&self, rank: usize) -> usize {
+        let mut left = rank;
+        let along = |a: usize| {
+            let part = left % self.ranks[a];
+            left /= self.ranks[a];
+            self.cells[a] / self.ranks[a] + usize::from(part < self.cells[a] % self.ranks[a])
+        };
+        (0..D).map(along).product()
+    }
+
     fn rank(&self, at: [usize; D]) -> usize {
         (0..D).rev().fold(0, |rank, a| rank * self.ranks[a] + at[a])
     }
@@ -60,5 +83,14 @@ mod tests {
         let mut owners = Vec::new();
         division.owners([5, 1], [8, 2], |rank| owners.push(rank));
         assert_eq!(owners, [1, 2, 4, 5]);
+    }
+
+    #[test]
+    fn imbalance_counts_cells_and_bodies_of_the_heaviest_rank() {
+        let division = Division { cells: [10, 4], ranks: [3, 2] };
+        // 8, 6, 6 cells below and above.
+        assert!((division.imbalance(std::iter::empty()) - 8.0 / (40.0 / 6.0)).abs() < 1e-12);
+        let body = std::iter::once(([9, 3], 14.0));
+        assert!((division.imbalance(body) - 20.0 / 9.0).abs() < 1e-12);
     }
 }

@@ -11,7 +11,7 @@ use super::{bodies, probe, progress};
 use crate::archive::{Archive, Checkpointed};
 use crate::config::{Case, ForceRule, WallRule};
 use crate::method::Traction;
-use crate::particles::Body;
+use crate::particles::{Body, by_number};
 use crate::poisson::SolveRow;
 use crate::state::{EnergyLosses, Exchange, State, SuppliedWork};
 use crate::{Error, Result};
@@ -314,7 +314,7 @@ impl Folder {
     ) -> Result<()> {
         let fields = self.path.join("fields");
         let write = |name: &str, of: fn(&Body) -> bool| {
-            let own = (0..bodies.len()).filter(|k| of(&bodies[*k])).enumerate();
+            let own = by_number(bodies).into_iter().filter(|k| of(&bodies[*k])).enumerate();
             let shown = own.map(|(number, k)| Shown {
                 // Obstacles by their numbers among themselves, as in their table.
                 id: if bodies[k].is_obstacle() { number } else { bodies[k].id },

@@ -135,6 +135,13 @@ pub fn all_fixed(bodies: &[Body]) -> bool {
     bodies.iter().all(|body| body.motion == Motion::Fixed)
 }
 
+/// The places of bodies in a list, by their numbers.
+pub fn by_number(bodies: &[Body]) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..bodies.len()).collect();
+    places.sort_unstable_by_key(|k| bodies[*k].id);
+    places
+}
+
 impl Body {
     /// A body at rest that is held, with its own axes along those of the box: of this density
     /// (kg/m3), lending its viscosity (Pa s) to a mixture, with its centre there (m).

@@ -30,6 +30,13 @@ pub struct Layout {
     pub whole: Vec<(usize, bool)>,
 }
 
+/// Work of the heaviest rank over the mean of all, by the number of ranks along each axis.
+pub type Imbalance<'a> = &'a dyn Fn([usize; 3]) -> f64;
+
+/// Part of the mean work by which the heaviest rank of a split may exceed that of the most even one
+/// where that has fewer faces between ranks.
+const EVEN: f64 = 0.05;
+
 /// The grid as PETSc knows it, cell-centred and divided over the ranks as the layout is: from it
 /// preconditioners make coarser grids.
 pub(super) struct CellGrid {
@@ -56,7 +63,21 @@ impl Layout {
         periodic: &[bool],
         ghosts: usize,
     ) -> Result<Layout> {
-        let ranks = split(session.size(), cells, ghosts)
+        Layout::balanced(session, cells, periodic, ghosts, &|_| 1.0)
+    }
+
+    /// Splits as [`Layout::new`] does, by the work of the heaviest rank as `imbalance` tells it.
+    ///
+    /// # Errors
+    /// As [`Layout::new`].
+    pub fn balanced(
+        session: &Session,
+        cells: &[usize],
+        periodic: &[bool],
+        ghosts: usize,
+        imbalance: Imbalance,
+    ) -> Result<Layout> {
+        let ranks = split(session.size(), cells, ghosts, imbalance)
             .ok_or_else(|| too_many_ranks(session.size(), cells, ghosts))?;
         let mut da = make_da(
             session,
@@ -78,13 +99,11 @@ impl Layout {
     /// The grid with the layout's division, for preconditioners that coarsen it. Collective.
     pub(super) fn cell_grid(&self, session: &Session) -> Result<CellGrid> {
         let (cells, periodic): (Vec<_>, Vec<_>) = self.whole.iter().copied().unzip();
-        let ranks = split(session.size(), &cells, self.ghosts)
-            .ok_or_else(|| too_many_ranks(session.size(), &cells, self.ghosts))?;
         let dm = make_da(
             session,
             &cells,
             &periodic,
-            ranks,
+            self.ranks,
             1,
             ffi::DM_BOUNDARY_NONE,
             ffi::DMDA_STENCIL_BOX,
@@ -102,12 +121,10 @@ impl Layout {
     /// The grid as a box of three dimensions, of one layer where there are two. Collective.
     pub(super) fn box_grid(&self, session: &Session) -> Result<CellGrid> {
         let (cells, _): (Vec<_>, Vec<_>) = self.whole.iter().copied().unzip();
-        let ranks = split(session.size(), &cells, self.ghosts)
-            .ok_or_else(|| too_many_ranks(session.size(), &cells, self.ghosts))?;
         let in_space = [cells[0], cells[1], cells.get(2).copied().unwrap_or(1)];
         let kind = ffi::DM_BOUNDARY_NONE;
         let form = ffi::DMDA_STENCIL_STAR;
-        let dm = make_da(session, &in_space, &[false; 3], ranks, 1, kind, form)?;
+        let dm = make_da(session, &in_space, &[false; 3], self.ranks, 1, kind, form)?;
         let grid = CellGrid { dm };
         // SAFETY: a DMDA just made, owned by `grid`.
         check("DMSetUp", unsafe { ffi::DMSetUp(grid.dm) })?;
@@ -223,10 +240,11 @@ fn make_da(
     Ok(da)
 }
 
-/// Ranks along each axis, so that every rank has `ghosts` cells along every axis and the faces
-/// between ranks are fewest; rows along x stay whole where that costs nothing. `None` where no
-/// split gives every rank its cells.
-fn split(ranks: usize, cells: &[usize], ghosts: usize) -> Option<[usize; 3]> {
+/// Ranks along each axis: every rank has `ghosts` cells along every axis, the heaviest rank is as
+/// light as possible, and among splits that are equal in that the faces between ranks are fewest;
+/// rows along x stay whole where that costs nothing. `None` where no split gives every rank its
+/// cells.
+fn split(ranks: usize, cells: &[usize], ghosts: usize, imbalance: Imbalance) -> Option<[usize; 3]> {
     let divisors = |n: usize| (1..=n).filter(move |d| n.is_multiple_of(*d));
     let cells = |a: usize| cells.get(a).copied();
     let fits = |along: &[usize; 3]| {
@@ -243,7 +261,10 @@ fn split(ranks: usize, cells: &[usize], ghosts: usize) -> Option<[usize; 3]> {
     };
     let splits =
         divisors(ranks).flat_map(|x| divisors(ranks / x).map(move |y| [x, y, ranks / x / y]));
-    splits.filter(fits).min_by(|a, b| faces(a).total_cmp(&faces(b)))
+    let uneven: Vec<_> = splits.filter(fits).map(|along| (imbalance(along), along)).collect();
+    let least = uneven.iter().fold(f64::INFINITY, |least, (heaviest, _)| least.min(*heaviest));
+    let even = uneven.into_iter().filter(|(heaviest, _)| *heaviest <= least + EVEN);
+    even.map(|(_, along)| along).min_by(|a, b| faces(a).total_cmp(&faces(b)))
 }
 
 fn too_many_ranks(ranks: usize, cells: &[usize], ghosts: usize) -> Error {
@@ -261,13 +282,22 @@ mod tests {
 
     #[test]
     fn subdomains_have_equal_cells_and_fewest_faces() {
-        assert_eq!(split(1, &[160, 64], 3), Some([1, 1, 1]));
-        assert_eq!(split(2, &[160, 64], 3), Some([2, 1, 1]));
-        assert_eq!(split(4, &[64, 64], 3), Some([2, 2, 1]));
-        assert_eq!(split(2, &[64, 64], 3), Some([1, 2, 1]));
-        assert_eq!(split(7, &[20, 21], 3), Some([1, 7, 1]));
-        assert_eq!(split(8, &[40, 40, 40], 3), Some([2, 2, 2]));
-        assert_eq!(split(3, &[8, 8], 3), None);
-        assert_eq!(split(7, &[20, 20], 3), None);
+        assert_eq!(split(1, &[160, 64], 3, &|_| 1.0), Some([1, 1, 1]));
+        assert_eq!(split(2, &[160, 64], 3, &|_| 1.0), Some([2, 1, 1]));
+        assert_eq!(split(4, &[64, 64], 3, &|_| 1.0), Some([2, 2, 1]));
+        assert_eq!(split(2, &[64, 64], 3, &|_| 1.0), Some([1, 2, 1]));
+        assert_eq!(split(7, &[20, 21], 3, &|_| 1.0), Some([1, 7, 1]));
+        assert_eq!(split(8, &[40, 40, 40], 3, &|_| 1.0), Some([2, 2, 2]));
+        assert_eq!(split(3, &[8, 8], 3, &|_| 1.0), None);
+        assert_eq!(split(7, &[20, 20], 3, &|_| 1.0), None);
+    }
+
+    #[test]
+    fn split_has_least_heaviest_rank_and_then_fewest_faces() {
+        let across_y =
+            |more: f64| move |along: [usize; 3]| if along[1] > 1 { 1.0 + more } else { 1.0 };
+        assert_eq!(split(4, &[64, 64], 3, &across_y(0.04)), Some([2, 2, 1]));
+        assert_eq!(split(4, &[64, 64], 3, &across_y(0.5)), Some([4, 1, 1]));
+        assert_eq!(split(4, &[8, 64], 3, &across_y(0.5)), Some([1, 4, 1]));
     }
 }

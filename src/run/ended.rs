@@ -114,10 +114,11 @@ impl<const D: usize> Ended<D> {
         let waiting = self.state.waiting.len();
         let gone = self.case.particle.len().saturating_sub(there.len() + waiting);
         let mut lines = Vec::new();
-        if there.iter().enumerate().any(|(k, body)| body.id != k) {
-            let there: Vec<usize> = there.iter().map(|body| body.id).collect();
-            let count = there.len();
-            let listed = spans(&there);
+        let mut numbers: Vec<usize> = there.iter().map(|body| body.id).collect();
+        numbers.sort_unstable();
+        if numbers.iter().enumerate().any(|(k, id)| *id != k) {
+            let count = numbers.len();
+            let listed = spans(&numbers);
             lines.push(format!(
                 "its particles {listed} come over and are 0 to {} here, in that order",
                 count - 1

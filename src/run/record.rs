@@ -11,7 +11,7 @@ use crate::config::{Case, FixedRows};
 use crate::method::Traction;
 use crate::output::progress::Progress;
 use crate::output::{Folder, Log, Marks, StepRow, fields_file, snapshot};
-use crate::particles::{Body, Motion};
+use crate::particles::{Body, Motion, by_number};
 use crate::petsc::Session;
 use crate::scene::Scene;
 use crate::state::State;
@@ -137,7 +137,8 @@ impl<const D: usize> Records<'_, D> {
                 let rests = body.motion == Motion::Fixed && !body.is_obstacle();
                 !rests || fixed == FixedRows::Always || s.steps == 0
             };
-            let rows = s.bodies.iter().zip(&s.exchange).filter(|(body, _)| shown(body));
+            let rows = by_number(&s.bodies).into_iter().map(|k| (&s.bodies[k], &s.exchange[k]));
+            let rows = rows.filter(|(body, _)| shown(body));
             folder.write_bodies(s.steps, s.time, rows, rule)
         })
     }

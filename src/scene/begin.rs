@@ -1,6 +1,7 @@
 //! A scene that begins where another run ended.
 
 use super::Scene;
+use super::insertion::{ids, keep_only};
 use crate::config::{Case, Motion};
 use crate::method::energy;
 use crate::state::{Balance, State};
@@ -33,6 +34,14 @@ pub fn go_on_from<const D: usize>(
     if !same || !alike || state.bodies.len() != scene.state.bodies.len() {
         return Ok(false);
     }
+    // They are numbered anew, in the order of their numbers there, and stay in the order of the
+    // state.
+    let mut there = ids(&state.bodies);
+    let mut here = ids(&scene.state.bodies);
+    there.sort_unstable();
+    here.sort_unstable();
+    let order = ids(&state.bodies).into_iter().map(|id| here[there.partition_point(|n| *n < id)]);
+    keep_only(scene, case, &order.collect::<Vec<_>>())?;
     let fresh = std::mem::replace(&mut scene.state, state);
     let s = &mut scene.state;
     s.time = 0.0;
@@ -47,12 +56,12 @@ pub fn go_on_from<const D: usize>(
         begin.extend(s.bodies.iter().map(|body| body.id));
         s.drive = fresh.drive;
     }
-    for (k, (body, ended)) in s.bodies.iter_mut().zip(&bodies).enumerate() {
+    for (body, ended) in s.bodies.iter_mut().zip(&bodies) {
         if (body.centre - ended.centre).norm() > 1e-9 * body.radius() {
             return Err(Error::Usage(format!(
-                "initial.from: particle {k} is elsewhere in that run's newest checkpoint than \
-                in its particles.csv: bring it \
-                 to its end with --resume"
+                "initial.from: {} is elsewhere in that run's newest checkpoint than in its \
+                particles.csv: bring it to its end with --resume",
+                body.called()
             )));
         }
         body.angle = ended.angle;

@@ -18,6 +18,7 @@ use crate::petsc::Choice;
 use crate::scheme::{self, Scheme};
 use crate::{Error, Result};
 use nalgebra::Vector3;
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 /// Solver of the pressure equation.
@@ -97,6 +98,20 @@ pub(super) fn body(p: &config::Particle) -> Body {
     body.orientation = p.turn();
     body.angle = p.angle();
     body
+}
+
+/// Sorts the bodies by their distance from the middle of the box, and by place where that is the
+/// same: how a case numbers them decides no result, nor does a mirror or an exchange of axes.
+pub(super) fn sort_from_middle(bodies: &mut [Body], size: &[f64]) {
+    let middle = 0.5 * vector(size);
+    let distance = |body: &Body| (body.centre - middle).norm_squared();
+    let by_place = |one: &Body, other: &Body| {
+        let axes = one.centre.iter().zip(&other.centre).map(|(a, b)| a.total_cmp(b));
+        axes.fold(Ordering::Equal, Ordering::then)
+    };
+    bodies.sort_by(|one, other| {
+        distance(one).total_cmp(&distance(other)).then_with(|| by_place(one, other))
+    });
 }
 
 /// Drive of the fluid of a case, at a factor of 1 where it varies.

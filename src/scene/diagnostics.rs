@@ -116,8 +116,9 @@ pub fn name_what_is_lost<const D: usize>(scene: &Scene<D>) -> Result<Error> {
     }
     scene.domain.session.sum(&mut place)?;
     if speaker[0] < 0.0 {
-        let lost = scene.state.bodies.iter().position(|body| !body.is_finite());
-        return Ok(Error::NotFinite(lost.map_or(NotFinite::Energy, NotFinite::Particle)));
+        let lost = scene.state.bodies.iter().find(|body| !body.is_finite());
+        let lost = lost.map_or(NotFinite::Energy, |body| NotFinite::Particle(body.id));
+        return Ok(Error::NotFinite(lost));
     }
     let names =
         ["the velocity along x", "the velocity along y", "the velocity along z", "the pressure"];

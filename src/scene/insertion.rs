@@ -13,6 +13,7 @@ use crate::{Error, Result};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::collections::HashMap;
 
 /// Random places that a body tries in a step before it waits for the next one.
 const TRIES: usize = 200;
@@ -119,7 +120,8 @@ pub fn admit<const D: usize>(scene: &mut Scene<D>, case: &Case) -> Result<Vec<Bo
             body.velocity = mean_velocity(scene, &body)?;
         }
         let s = &mut scene.state;
-        let k = s.bodies.partition_point(|other| other.id < id);
+        // The case's obstacles are the last bodies.
+        let k = s.bodies.len() - case.obstacle.len();
         s.bodies.insert(k, body.clone());
         s.exchange.insert(k, Exchange::default());
         if let Some(walls) = &mut s.surfaces {
@@ -210,7 +212,7 @@ pub fn ids(bodies: &[Body]) -> Vec<u64> {
     bodies.iter().map(|body| body.id as u64).collect()
 }
 
-/// Keeps the bodies of these numbers only, before their state is read. Collective.
+/// Keeps the bodies of these numbers only, in this order, before their state is read. Collective.
 ///
 /// # Errors
 /// When there is another one among them.
@@ -219,20 +221,18 @@ pub fn keep_only<const D: usize>(scene: &mut Scene<D>, case: &Case, kept: &[u64]
         return Ok(());
     }
     let s = &mut scene.state;
-    s.bodies.retain(|body| kept.binary_search(&(body.id as u64)).is_ok());
-    let came = case
-        .particle
-        .iter()
-        .enumerate()
-        .filter(|(id, p)| p.enter.is_some() && kept.binary_search(&(*id as u64)).is_ok());
-    s.bodies.extend(came.map(|(id, p)| {
-        let mut body = build::body(p);
-        body.id = id;
-        body
-    }));
-    s.bodies.sort_by_key(|body| body.id);
-    if s.bodies.len() != kept.len() {
-        return Err(Error::Usage("it has particles that the case has not".into()));
+    let mut there: HashMap<u64, Body> =
+        s.bodies.drain(..).map(|body| (body.id as u64, body)).collect();
+    for id in kept {
+        let entered = || {
+            let particle = case.particle.get(*id as usize).filter(|p| p.enter.is_some())?;
+            let mut body = build::body(particle);
+            body.id = *id as usize;
+            Some(body)
+        };
+        let body = there.remove(id).or_else(entered);
+        let missing = || Error::Usage("it has particles that the case has not".into());
+        s.bodies.push(body.ok_or_else(missing)?);
     }
     s.exchange.resize(kept.len(), Exchange::default());
     if let Some(walls) = &mut s.surfaces {

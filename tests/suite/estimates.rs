@@ -128,7 +128,7 @@ fn collision_time_of_prescribed_body_is_estimated() {
         (
             disc(0.01, &goes([-0.1, 0.0])) + &disc(0.06, &goes([0.1, 0.0])),
             0.2,
-            Some((0.1, "particle 0 has run into particle 1")),
+            Some((0.1, "particle 1 has run into particle 0")),
         ),
         (
             disc(0.02, &swings(0.021)) + &disc(0.05, "\"fixed\""),

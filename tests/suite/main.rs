@@ -43,6 +43,7 @@ mod live;
 mod modes;
 mod motion;
 mod multigrid;
+mod numbering;
 mod obstacle_cases;
 mod obstacles;
 mod own_ranks;

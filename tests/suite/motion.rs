@@ -132,7 +132,7 @@ fn touch_without_contact_table_stops_run() {
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(3), "{name}: {said}");
         assert!(
-            said.contains("particle 0 has run into particle 1") && said.contains("[contact]"),
+            said.contains("particle 1 has run into particle 0") && said.contains("[contact]"),
             "{name}: {said}"
         );
         assert!(columns(&out.join("particles.csv"))["vx"].len() > 4);

@@ -251,11 +251,16 @@ fn pile_of_three_discs_stands_by_static_rolling_friction() {
         let needed = pressed * (sine - friction * (1.0 + cosine)) / (0.5 * pressed + 1.5);
         let sunk = [0.9, 1.1].map(|part| {
             let mut scene: Scene<2> = petsc.scene(&three_discs(friction, part * needed));
-            let top = scene.state.bodies[2].centre.y;
+            let upper = |scene: &Scene<2>| {
+                let body = scene.state.bodies.iter().find(|body| body.id == 2).unwrap();
+                (body.centre.y, body.velocity.y)
+            };
+            let (top, _) = upper(&scene);
             while scene.state.time < 5.0 {
                 scene.step(0.05).unwrap();
             }
-            (top - scene.state.bodies[2].centre.y, -scene.state.bodies[2].velocity.y)
+            let (end, velocity) = upper(&scene);
+            (top - end, -velocity)
         });
         println!(
             "friction {friction}: needs {needed:.4}; sinks by {:.1e} d with 0.9 of that, by {:.1e} \

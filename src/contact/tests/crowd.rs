@@ -319,3 +319,57 @@ fn contact_steps_do_not_allocate() {
     }
     assert_eq!(room(&contacts), before);
 }
+
+/// Bodies closely side by side in a fluid, between walls and across a period: films among all.
+fn packed(shape: Shape, layers: usize) -> (Vec<Body>, Touched) {
+    let mut dice = Dice(3);
+    let mut bodies = Vec::new();
+    for k in 0..36 * layers {
+        let mut place = || 0.5 + 0.02 * dice.about_zero();
+        let at = [k % 6, k / 6 % 6, k / 36];
+        let mut centre = vector![at[0] as f64 + place(), at[1] as f64 + place(), 0.0] * 0.01;
+        centre.z = if layers > 1 { (at[2] as f64 + place()) * 0.01 } else { 0.0 };
+        let speed = 0.3;
+        let velocity = vector![dice.about_zero(), dice.about_zero(), 0.0] * speed;
+        bodies.push(body(shape, 0.00485, centre, velocity));
+    }
+    let depth = if layers > 1 { 0.01 * layers as f64 } else { 0.0 };
+    let axes = if layers > 1 { &[1, 2][..] } else { &[1] };
+    let mut contacts =
+        contacts(&bodies, material(1.0, 0.7, 0.3), [0.06, 0.06, depth], axes, Substeps::Auto);
+    let medium = Medium { density: 1000.0, viscosity: 1.0, spacing: 0.001, roughness: 0.0 };
+    contacts.law = contacts.law.within(medium);
+    (bodies, contacts)
+}
+
+#[test]
+fn cells_of_a_colour_act_in_any_order() {
+    for (shape, layers) in [(Shape::Disc, 1), (Shape::Sphere, 4)] {
+        let run = |backwards: bool| {
+            let (mut bodies, mut contacts) = packed(shape, layers);
+            contacts.law.pairs.colours.backwards = backwards;
+            let still = vec![Accelerations::default(); bodies.len()];
+            for _ in 0..20 {
+                contacts.advance(&mut bodies, &still, 2e-4).unwrap();
+            }
+            let residuals: Vec<_> = bodies
+                .iter()
+                .map(|b| RigidVelocity { velocity: -0.1 * b.velocity, spin: b.spin })
+                .collect();
+            let mut corrections = vec![Impulse::default(); bodies.len()];
+            contacts.law.impulses().correct(&bodies, &residuals, &mut corrections, 2e-4);
+            (bodies, corrections, contacts.law.pairs.colours.order().to_vec())
+        };
+        let (bodies, corrections, order) = run(false);
+        let (others, theirs, another) = run(true);
+        assert!(order.len() > 2 * bodies.len() && order != another);
+        assert!(corrections.iter().any(|given| given.linear.norm() > 0.0));
+        for (body, other) in bodies.iter().zip(&others) {
+            assert_eq!(
+                [body.centre, body.velocity, body.spin],
+                [other.centre, other.velocity, other.spin]
+            );
+        }
+        assert_eq!(corrections, theirs);
+    }
+}

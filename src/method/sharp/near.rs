@@ -1,8 +1,7 @@
 //! Which bodies are near each other: as far as the image points of one may meet another.
 
 use crate::grid::Grid;
-use crate::particles::Body;
-use crate::particles::Neighbours;
+use crate::particles::{Body, Colours, Neighbours, Span, nearest_image};
 use nalgebra::Vector3;
 
 /// The bodies near each.
@@ -11,6 +10,10 @@ pub struct NearBodies {
     pub near: Vec<Vec<usize>>,
     /// Whether any of those near it now, or before the last search, had moved then.
     pub restless: Vec<bool>,
+    /// Pairs of these bodies, the lower number first, and their order.
+    pairs: Vec<[usize; 2]>,
+    colours: Colours,
+    periods: [Option<f64>; 3],
     neighbours: Box<Neighbours>,
     /// The obstacles among them, which are looked at one by one.
     obstacles: Vec<usize>,
@@ -34,6 +37,9 @@ impl NearBodies {
         NearBodies {
             near: (0..n).map(|_| Vec::with_capacity(room)).collect(),
             restless: vec![false; n],
+            pairs: Vec::with_capacity(n * room),
+            colours: Colours::new(size, periods, n * room),
+            periods,
             neighbours: Box::new(Neighbours::new(bodies, size, periods)),
             obstacles: (0..n).filter(|k| bodies[*k].shape().is_obstacle()).collect(),
             largest: bodies
@@ -88,6 +94,28 @@ impl NearBodies {
         near.iter_mut().for_each(|near| near.sort_unstable());
         let all = self.restless.iter_mut().zip(&*near);
         all.for_each(|(restless, near)| *restless |= moves(near));
+        self.sort_pairs(bodies);
+    }
+
+    /// Finds the pairs anew, in their order: walls are where the body is that is beside them.
+    fn sort_pairs(&mut self, bodies: &[Body]) {
+        let NearBodies { near, pairs, colours, periods, .. } = self;
+        pairs.clear();
+        for (i, near) in near.iter().enumerate() {
+            pairs.extend(near.iter().filter(|j| **j > i).map(|j| [i, *j]));
+        }
+        let wall = |k: usize| bodies[k].is_obstacle();
+        colours.sort(pairs.iter().map(|&[i, j]| {
+            let from = bodies[if wall(i) { j } else { i }].centre;
+            let way = nearest_image(&from, &bodies[j].centre, periods);
+            Span { from, way: if wall(i) || wall(j) { Vector3::zeros() } else { way } }
+        }));
+    }
+
+    /// Pairs of bodies near each other, the lower number first, in the order in which they act one
+    /// after the other.
+    pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        self.colours.order().iter().map(|place| self.pairs[*place])
     }
 }
 

@@ -439,26 +439,26 @@ impl RigidStep {
         let motions = &mut self.motions;
         let periods = domain.periods();
         self.gap_force_on_fixed = Vector3::zeros();
-        for i in 0..bodies.len() {
-            for &j in cut.near.near[i].iter().filter(|j| **j > i) {
-                let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &periods);
-                let (n, gap) = gap(&bodies[i], &bodies[j], &apart);
-                let share = Shares::of(gap / cut.h).across;
-                let free = [i, j].map(|k| bodies[k].freedom().is_some());
-                let along = share * (motions[i].force_defect - motions[j].force_defect).dot(&n);
-                let (of_i, of_j) = match free {
-                    [true, true] => (0.5 * along, -0.5 * along),
-                    _ => (
-                        share * motions[i].force_defect.dot(&n),
-                        share * motions[j].force_defect.dot(&n),
-                    ),
-                };
-                motions[i].force_defect -= of_i * n;
-                motions[j].force_defect -= of_j * n;
-                // Nothing of a free pair; else it is left to what holds the other.
-                self.gap_force_on_fixed += (of_i + of_j) * n;
-            }
-            let reach = bodies[i].reach();
+        for [i, j] in cut.near.pairs() {
+            let apart = nearest_image(&bodies[i].centre, &bodies[j].centre, &periods);
+            let (n, gap) = gap(&bodies[i], &bodies[j], &apart);
+            let share = Shares::of(gap / cut.h).across;
+            let free = [i, j].map(|k| bodies[k].freedom().is_some());
+            let along = share * (motions[i].force_defect - motions[j].force_defect).dot(&n);
+            let (of_i, of_j) = match free {
+                [true, true] => (0.5 * along, -0.5 * along),
+                _ => (
+                    share * motions[i].force_defect.dot(&n),
+                    share * motions[j].force_defect.dot(&n),
+                ),
+            };
+            motions[i].force_defect -= of_i * n;
+            motions[j].force_defect -= of_j * n;
+            // Nothing of a free pair; else it is left to what holds the other.
+            self.gap_force_on_fixed += (of_i + of_j) * n;
+        }
+        for (body, motion) in bodies.iter().zip(motions) {
+            let reach = body.reach();
             for (a, side) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
                 let spans = match domain.boundaries.kinds[a][side] {
                     Some(BoundaryKind::Velocity(_)) => 1.0,
@@ -466,11 +466,11 @@ impl RigidStep {
                     Some(BoundaryKind::Slip) => 2.0,
                     _ => continue,
                 };
-                let centre = bodies[i].centre[a];
+                let centre = body.centre[a];
                 let distance = if side == 0 { centre } else { domain.grid.size[a] - centre };
                 let share = Shares::of(spans * (distance - reach[a]) / cut.h).across
-                    * motions[i].force_defect[a];
-                motions[i].force_defect[a] -= share;
+                    * motion.force_defect[a];
+                motion.force_defect[a] -= share;
                 self.gap_force_on_fixed[a] += share;
             }
         }

@@ -116,6 +116,8 @@ impl Becomes {
 pub(super) struct View<'a> {
     pub measure: &'a config::Measure,
     pub step: &'a Sample<'a>,
+    /// Places of the bodies in the list, by their numbers.
+    pub places: Vec<usize>,
     /// Where the measure's particle is in the list; beyond it where there is none.
     pub particle: usize,
     /// Force (N) of a coefficient of 1.
@@ -180,7 +182,7 @@ impl View<'_> {
 
     /// The particles that the measure is of.
     pub fn group(&self) -> impl Iterator<Item = usize> + '_ {
-        self.measure.group().filter_map(|id| place(self.step.bodies, id))
+        self.measure.group().filter_map(|id| place(&self.places, self.step.bodies, id))
     }
 
     fn force_on_group(&self) -> f64 {
@@ -244,11 +246,8 @@ pub(super) fn period(samples: &[(f64, f64)]) -> Option<f64> {
     Some(2.0 * (end - began))
 }
 
-/// Index of the body of a number in a list of bodies, in the order of their numbers; `None` once it
-/// has left.
-pub(super) fn place(bodies: &[Body], id: usize) -> Option<usize> {
-    match bodies.get(id) {
-        Some(body) if body.id == id => Some(id),
-        _ => bodies.binary_search_by_key(&id, |body| body.id).ok(),
-    }
+/// Place of the body of a number in a list of bodies, whose `places` by number are these; `None`
+/// once it has left.
+pub(super) fn place(places: &[usize], bodies: &[Body], id: usize) -> Option<usize> {
+    places.binary_search_by_key(&id, |k| bodies[*k].id).ok().map(|at| places[at])
 }

@@ -9,7 +9,7 @@ use crate::contact::Contacts;
 use crate::output::fit::{self, Morison};
 use crate::output::midline;
 use crate::output::survey::survey;
-use crate::particles::Motion;
+use crate::particles::{Motion, by_number};
 use crate::scene::Scene;
 use mics_run::compare::{Comparison, measured, percent, significant};
 use nalgebra::Vector3;
@@ -118,10 +118,12 @@ impl Series {
             return;
         }
         let measure = &self.measure;
+        let places = by_number(bodies);
         let view = View {
             measure,
             step,
-            particle: place(bodies, measure.particle.id()).unwrap_or(usize::MAX),
+            particle: place(&places, bodies, measure.particle.id()).unwrap_or(usize::MAX),
+            places,
             force_scale: self.force_scale,
             up: self.up,
             of_box,
