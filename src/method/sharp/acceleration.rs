@@ -70,8 +70,8 @@ impl<const D: usize> PressureAcceleration<D> {
         let beta = &*beta.field(grid);
         for (k, cut) in cut_bodies.each_mut() {
             let driven = felt(&self.driven, &bodies[k]);
-            for (axis, (beta, a)) in beta.iter().zip(&self.faces).enumerate() {
-                for own in &mut cut.own.cells {
+            for own in &mut cut.own.cells {
+                for (axis, (beta, a)) in beta.iter().zip(&self.faces).enumerate() {
                     let low = own.cell as usize;
                     let high = own.cell as usize + grid.stride[axis];
                     let [open_low, open_high] = [low, high].map(|f| beta[f] * density);
@@ -102,15 +102,15 @@ pub fn add_cut_cells<const D: usize>(
 ) {
     let mass = domain.fluid.density * domain.grid.cell_volume();
     for (k, body) in cut.bodies.each() {
-        for (axis, field) in u.iter_mut().enumerate() {
-            for own in &body.own.cells {
-                field[own.cell as usize] += dt * own.cut_change[axis];
+        for own in &body.own.cells {
+            let mut given = Vector3::zeros();
+            for (axis, field) in u.iter_mut().enumerate() {
+                let change = dt * own.cut_change[axis];
+                field[own.cell as usize] += change;
+                given[axis] = mass * change;
             }
-        }
-        if let Some(exchanged) = &mut exchanged {
-            for own in &body.own.cells {
-                let change = |a: usize| if a < D { own.cut_change[a] } else { 0.0 };
-                exchanged[k].add(&own.arm, &Vector3::from_fn(|a, _| mass * (dt * change(a))));
+            if let Some(exchanged) = &mut exchanged {
+                exchanged[k].add(&own.arm, &given);
             }
         }
     }

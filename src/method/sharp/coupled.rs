@@ -53,6 +53,9 @@ impl<'a, const D: usize> CoupledFaces<'a, D> {
 
     /// Changes the velocity (m/s) and the spin (rad/s) of a body, and its faces.
     pub fn change(&mut self, k: usize, velocity: &Vector3<f64>, spin: &Vector3<f64>) {
+        if *velocity == Vector3::zeros() && *spin == Vector3::zeros() {
+            return;
+        }
         let body = &mut self.bodies[k];
         body.velocity += velocity;
         body.spin += spin;

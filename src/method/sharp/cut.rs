@@ -7,7 +7,7 @@ use super::ghost_width;
 use super::local::LocalBodies;
 use super::near::{NearBodies, are_one, walls_within};
 use super::neighbour::{self, Neighbour};
-use super::seen::Moved;
+use super::places::CutPlaces;
 use super::shared::SharedCells;
 use super::stencil::{Cubic, Flow};
 use crate::domain::Domain;
@@ -17,14 +17,9 @@ use crate::method::vector;
 use crate::numerics::{CREEPING_LAYER, LARGEST_PROFILE, RESOLVED_LAYER};
 use crate::particles::{Body, Impulse, Velocities, all_fixed};
 use crate::reach::BodyRanks;
-use crate::state::{BeforeForcing, BodyHistory, CutAt};
+use crate::state::{BeforeForcing, BodyHistory};
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
-
-/// Distance (spacings) within which a body stays cut as it was: the drag on one that creeps changes
-/// by 1e-3 of it at most (test `drag_on_a_creeping_body_is_that_of_one_cut_in_every_step`), and
-/// a bed of spheres at rest takes 0.8 of the time.
-const AT_REST: f64 = 1e-3;
 
 /// The bodies as they cut the grid.
 pub struct CutBodies<const D: usize> {
@@ -39,12 +34,8 @@ pub struct CutBodies<const D: usize> {
     /// Per body, the obstacles that are one solid with it, itself among them, and the ways from its
     /// centre to theirs (m); none of what is alone.
     pub(super) joined: Vec<Vec<(usize, Vector3<f64>)>>,
-    /// The bodies as they lay when they were cut last, and how each had moved then since it was cut
-    /// before.
-    placed: Vec<Body>,
-    moved: Vec<Moved>,
-    /// Scratch: which of them are cut anew.
-    stirred: Vec<bool>,
+    /// Where they are cut.
+    pub places: CutPlaces,
     /// The friction in gaps in this step ([`gap::GapFlow::kept`]).
     pub(super) friction: f64,
     /// Cells to which several bodies are equally near, and that they set.
@@ -99,9 +90,7 @@ impl<const D: usize> CutBodies<D> {
                 if ranks > 1 { 0 } else { 16 },
             ),
             joined: joined(bodies),
-            placed: bodies.to_vec(),
-            moved: bodies.iter().map(Moved::not).collect(),
-            stirred: vec![true; bodies.len()],
+            places: CutPlaces::new(bodies, h),
             friction: 0.0,
             shared: SharedCells::with_capacity(shared),
             rebuilding: Rebuilding {
@@ -123,48 +112,16 @@ impl<const D: usize> CutBodies<D> {
     /// Cuts the bodies as if they had lain there always: where they were cut by these histories,
     /// and where they lie if they have none.
     pub fn settle(&mut self, domain: &Domain<D>, bodies: &[Body], histories: &[BodyHistory]) {
-        self.placed.clone_from_slice(bodies);
-        for (placed, history) in self.placed.iter_mut().zip(histories) {
-            if let Some(CutAt { centre, orientation }) = history.cut_at {
-                placed.centre = centre;
-                placed.orientation = orientation;
-            }
-        }
-        self.moved.iter_mut().zip(&self.placed).for_each(|(moved, body)| *moved = Moved::not(body));
-        self.stirred.fill(true);
+        self.places.settle(bodies, histories);
         self.rebuild(domain);
         self.rub(domain, f64::INFINITY);
-        let anew = self.moved.iter_mut().zip(histories).filter(|(_, h)| h.cut_at.is_none());
-        anew.for_each(|(moved, _)| moved.farthest = f64::INFINITY);
+        self.places.recall(histories);
     }
 
-    /// Keeps where they are cut in their history.
-    pub fn keep(&self, histories: &mut [BodyHistory]) {
-        for (k, history) in histories.iter_mut().enumerate() {
-            let Body { centre, orientation, .. } = self.placed[k];
-            history.cut_at = (!self.has_left_cells(k)).then_some(CutAt { centre, orientation });
-        }
-    }
-
-    /// Whether a body may have left cells as it was cut, which are the fluid's after a step.
-    fn has_left_cells(&self, k: usize) -> bool {
-        self.moved[k].farthest > 2.0 * AT_REST * self.h
-    }
-
-    /// Cuts the bodies anew that have moved by [`AT_REST`] since they were cut last, for a step of
-    /// `dt` (s). Returns whether there are any.
+    /// Cuts the bodies anew that have moved since they were cut last, for a step of `dt` (s).
+    /// Returns whether there are any.
     pub fn rebuild_moved(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) -> bool {
-        let periods = domain.periods();
-        let least = AT_REST * self.h;
-        for (k, body) in bodies.iter().enumerate() {
-            let moved = Moved::since(&self.placed[k].pose(), body, &periods);
-            self.stirred[k] = moved.farthest > least || self.has_left_cells(k);
-            if self.stirred[k] {
-                self.placed[k].clone_from(body);
-                self.moved[k] = moved;
-            }
-        }
-        let any = self.stirred.contains(&true);
+        let any = self.places.follow(bodies, &domain.periods());
         if any {
             self.rebuild(domain);
         }
@@ -176,16 +133,12 @@ impl<const D: usize> CutBodies<D> {
     /// points that changes.
     fn rebuild(&mut self, domain: &Domain<D>) {
         self.uncover_faces(domain);
-        self.near.find(&self.placed, &self.stirred);
-        for (k, body) in self.placed.iter().enumerate() {
-            if !self.stirred[k] && self.near.restless[k] {
-                self.moved[k] = Moved::not(body);
-            }
-        }
+        self.near.find(&self.places.bodies, &self.places.stirred);
+        self.places.stay(&self.near.restless);
         self.find_reach(domain);
         let grid = &domain.grid;
         let boundaries = &domain.boundaries;
-        let bodies = &self.placed[..];
+        let CutPlaces { bodies, moved, stirred, .. } = &self.places;
         let viscous = domain.fluid.viscosity > 0.0;
         let profiles = Profiles::new(self.h, viscous, all_fixed(bodies));
         let reach = profiles.reach;
@@ -193,7 +146,7 @@ impl<const D: usize> CutBodies<D> {
         let Rebuilding { beside, planes, arms } = &mut self.rebuilding;
         for (k, cut) in self.bodies.each_mut() {
             let near = &self.near.near[k];
-            if !self.stirred[k] && !self.near.restless[k] && !cut.is_empty() {
+            if !stirred[k] && !self.near.restless[k] && !cut.is_empty() {
                 continue;
             }
             beside.clear();
@@ -218,7 +171,7 @@ impl<const D: usize> CutBodies<D> {
                 walls: walls_within(grid, &bodies[k].centre, &reached),
                 profiles: &profiles,
             };
-            cut.rebuild(&around, k, &self.moved[k], planes, arms);
+            cut.rebuild(&around, k, &moved[k], planes, arms);
         }
         self.covered.set_apertures(domain, &mut self.bodies, &mut self.beta);
     }
@@ -237,10 +190,10 @@ impl<const D: usize> CutBodies<D> {
     /// Finds which bodies reach which ranks, as far as a rank can have anything of one: by where
     /// they lie and lay, whatever is near them.
     fn find_reach(&mut self, domain: &Domain<D>) {
-        let CutBodies { reach, placed, moved, h, .. } = self;
+        let CutBodies { reach, places: CutPlaces { bodies, moved, .. }, h, .. } = self;
         let tight = gap::UNRESOLVED * *h;
-        reach.find(&domain.grid, placed, |k| {
-            let body = &placed[k];
+        reach.find(&domain.grid, bodies, |k| {
+            let body = &bodies[k];
             let shape = body.shape();
             let bounds = body.reach().sup(&shape.turned(&moved[k].orientation).bounds());
             bounds.add_scalar(moved[k].displacement.norm().max(tight) + BEYOND * *h)

@@ -83,6 +83,7 @@ mod modes;
 mod near;
 mod neighbour;
 mod normal;
+mod places;
 mod pressure_step;
 mod profile;
 mod rigid;
@@ -198,7 +199,8 @@ impl<const D: usize> Method<D> for Sharp<D> {
         copy(&s.faces, &mut surfaces.correction);
         surfaces.before_forcing.reserve(self.cut.most_ghost_cells());
         self.rigid.initialise_history(domain, s, &self.cut, |_| true)?;
-        self.cut.keep(&mut SurfaceHistory::of(&mut s.surfaces)?.bodies);
+        let histories = &mut SurfaceHistory::of(&mut s.surfaces)?.bodies;
+        histories.iter_mut().enumerate().for_each(|(k, h)| h.cut_at = self.cut.places.history(k));
         s.exchange.fill(Exchange::default());
         s.balance = s.has_free_bodies().then(Balance::default);
         self.start_balance(domain, s)?;
@@ -335,7 +337,8 @@ impl<const D: usize> Sharp<D> {
         if s.bodies.iter().any(Body::moves) {
             rigid.advance(domain, s, cut.h, dt)?;
             rebuilt = cut.rebuild_moved(domain, &s.bodies, dt);
-            cut.keep(&mut SurfaceHistory::of(&mut s.surfaces)?.bodies);
+            let histories = &mut SurfaceHistory::of(&mut s.surfaces)?.bodies;
+            histories.iter_mut().enumerate().for_each(|(k, h)| h.cut_at = cut.places.history(k));
         }
         if rebuilt {
             boundaries::cover_boundaries(cut, domain);

@@ -159,6 +159,10 @@ impl Neighbour {
         if let Some(radius) = self.round {
             return place.norm() - radius;
         }
+        let (point, known) = self.known.get();
+        if point == *arm && known.is_finite() {
+            return known;
+        }
         let distance = bodies[self.body].shape().turned(&self.orientation).distance(&place);
         self.known.set((*arm, distance));
         distance

@@ -1,0 +1,86 @@
+//! Where the bodies are cut: as long as one stays near to where it was cut last, it stays cut as it
+//! was, and so does what it covers, sets and reads there.
+
+use super::seen::Moved;
+use crate::numerics::CUT_ANEW;
+use crate::particles::Body;
+use crate::state::{BodyHistory, CutAt};
+
+/// The bodies as they are cut.
+pub struct CutPlaces {
+    /// The bodies as they lay when they were cut last.
+    pub bodies: Vec<Body>,
+    /// How each had moved then since it was cut before.
+    pub moved: Vec<Moved>,
+    /// Which of them have to be cut anew.
+    pub stirred: Vec<bool>,
+    /// The distance within which none has (m).
+    least: f64,
+}
+
+impl CutPlaces {
+    /// The bodies where they lie, to be cut, on a grid of this spacing (m).
+    pub fn new(bodies: &[Body], h: f64) -> CutPlaces {
+        CutPlaces {
+            bodies: bodies.to_vec(),
+            moved: bodies.iter().map(Moved::not).collect(),
+            stirred: vec![true; bodies.len()],
+            least: CUT_ANEW * h,
+        }
+    }
+
+    /// Takes the bodies, all to be cut, where they were cut by these histories, and where they lie
+    /// if they have none.
+    pub fn settle(&mut self, bodies: &[Body], histories: &[BodyHistory]) {
+        self.bodies.clone_from_slice(bodies);
+        for (body, history) in self.bodies.iter_mut().zip(histories) {
+            if let Some(CutAt { centre, orientation }) = history.cut_at {
+                body.centre = centre;
+                body.orientation = orientation;
+            }
+        }
+        self.moved.iter_mut().zip(&self.bodies).for_each(|(moved, body)| *moved = Moved::not(body));
+        self.stirred.fill(true);
+    }
+
+    /// Takes the bodies that have moved too far since they were cut last. Returns whether there are
+    /// any.
+    pub fn follow(&mut self, bodies: &[Body], periods: &[Option<f64>; 3]) -> bool {
+        for (k, body) in bodies.iter().enumerate() {
+            let moved = Moved::since(&self.bodies[k].pose(), body, periods);
+            self.stirred[k] = moved.farthest > self.least || self.has_left_cells(k);
+            if self.stirred[k] {
+                self.bodies[k].clone_from(body);
+                self.moved[k] = moved;
+            }
+        }
+        self.stirred.contains(&true)
+    }
+
+    /// Takes these bodies as cut anew where they were cut before, unless they have moved.
+    pub fn stay(&mut self, again: &[bool]) {
+        for (k, body) in self.bodies.iter().enumerate() {
+            if again[k] && !self.stirred[k] {
+                self.moved[k] = Moved::not(body);
+            }
+        }
+    }
+
+    /// Where a body is cut, for its history; none where it may have left cells as it was cut, which
+    /// are the fluid's after a step.
+    pub fn history(&self, k: usize) -> Option<CutAt> {
+        let Body { centre, orientation, .. } = self.bodies[k];
+        (!self.has_left_cells(k)).then_some(CutAt { centre, orientation })
+    }
+
+    /// Has the bodies cut anew in the next step whose histories do not know where they are cut.
+    pub fn recall(&mut self, histories: &[BodyHistory]) {
+        let all = self.moved.iter_mut().zip(histories);
+        let anew = all.filter(|(_, history)| history.cut_at.is_none());
+        anew.for_each(|(moved, _)| moved.farthest = f64::INFINITY);
+    }
+
+    fn has_left_cells(&self, k: usize) -> bool {
+        self.moved[k].farthest > 2.0 * self.least
+    }
+}
