@@ -29,9 +29,9 @@ pub const IMAGE_POINT: f64 = 1.0;
 /// nearest. Valid from 0.01 to 1.5.
 pub const BLENDING_WIDTH: f64 = 0.5;
 
-/// Way (spacings) that a body goes until the grid is cut anew where it lies. Smaller, bodies at rest
-/// cost as much as those that move; larger, forces on slow ones change in steps. Valid from 0.0 to
-/// 0.1.
+/// Way (spacings) that a body goes until the grid is cut anew where it lies. Smaller, bodies at
+/// rest cost as much as those that move; larger, forces on slow ones change in steps. Valid from
+/// 0.0 to 0.1.
 pub const CUT_ANEW: f64 = 1e-3;
 
 /// Reynolds number of a spacing and the fastest velocity at its image points up to which cells

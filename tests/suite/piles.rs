@@ -62,8 +62,8 @@ fn columns_of_light_discs_under_lid_have_initial_contact_forces() {
 
 /// A bed of grains that settle in a narrow box, where many slide and roll on each other at once:
 /// contacts only ever take energy. The correction of the slip of a sliding contact had reversed it,
-/// and gave as much as gravity did within 1.6 s. In steps twice as long, the default of a crowd, the
-/// second of two that share an impact can give back a part of what the first took too much: 0.002.
+/// and gave as much as gravity did within 1.6 s. In steps twice as long, the default of a crowd,
+/// the second of two that share an impact can give back what the first took too much: 0.002.
 #[test]
 fn contacts_of_settling_bed_only_dissipate() {
     let grains = "[[swarm]]\ncount = 22\nregion = { min = [0.0, 0.0], max = [0.05, 0.14] }\n\
