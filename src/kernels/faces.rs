@@ -320,16 +320,19 @@ pub fn fastest<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>) -> f64 {
     simd(
         #[inline(always)]
         || {
-            let rows =
-                (0..D).flat_map(|axis| grid.face_rows(axis).map(move |row| &faces[axis][row]));
-            rows.fold(0.0, |most, u| {
-                largest(
-                    u.len(),
-                    #[inline(always)]
-                    |i| u[i].abs(),
-                )
-                .max(most)
-            })
+            let mut most = 0.0f64;
+            for (axis, faces) in faces.iter().enumerate() {
+                for row in grid.face_rows(axis) {
+                    let u = &faces[row];
+                    let in_row = largest(
+                        u.len(),
+                        #[inline(always)]
+                        |i| u[i].abs(),
+                    );
+                    most = most.max(in_row);
+                }
+            }
+            most
         },
     )
 }
@@ -340,7 +343,8 @@ pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, by_a
     simd(
         #[inline(always)]
         || {
-            grid.rows().fold(0.0, |most, row| {
+            let mut most = 0.0f64;
+            for row in grid.rows() {
                 let low: [&[f64]; D] = std::array::from_fn(|a| &faces[a][row.clone()]);
                 let high: [&[f64]; D] =
                     std::array::from_fn(|a| &faces[a][row.start + grid.stride[a]..][..row.len()]);
@@ -359,8 +363,9 @@ pub fn courant_rate<const D: usize>(grid: &Grid<D>, faces: &VectorField<D>, by_a
                         |i| (0..D).fold(0.0, |sum, a| sum + rate(a, i)),
                     )
                 };
-                in_row.max(most)
-            })
+                most = most.max(in_row);
+            }
+            most
         },
     )
 }

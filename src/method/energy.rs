@@ -29,7 +29,6 @@ use crate::method::Method;
 use crate::particles::{Body, nearest_image};
 use crate::state::{EnergyBudget, State};
 use nalgebra::Vector3;
-use std::ops::Range;
 
 /// Motion of a body at the start of a step.
 #[derive(Clone, Copy, Debug)]
@@ -318,10 +317,23 @@ fn of_fluid<const D: usize>(
     method: &dyn Method<D>,
 ) -> Result<f64> {
     let density = domain.fluid.density;
-    let row_squares = |row: Range<usize>| {
-        u.iter().map(|u| total(row.len(), |i| u[row.start + i] * u[row.start + i])).sum::<f64>()
-    };
-    let squares = simd(|| domain.grid.rows().map(row_squares).sum::<f64>());
+    let squares = simd(
+        #[inline(always)]
+        || {
+            let mut squares = 0.0;
+            for row in domain.grid.rows() {
+                for u in u {
+                    let u = &u[row.clone()];
+                    squares += total(
+                        u.len(),
+                        #[inline(always)]
+                        |i| u[i] * u[i],
+                    );
+                }
+            }
+            squares
+        },
+    );
     let all_cells = 0.5 * density * domain.grid.cell_volume() * squares;
     let mut sums = [all_cells, inside(domain, u, method)];
     domain.session.sum(&mut sums)?;

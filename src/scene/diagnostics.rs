@@ -75,23 +75,44 @@ fn squares<const D: usize>(scene: &Scene<D>) -> (f64, f64) {
             let mut most = 0.0f64;
             for row in grid.rows() {
                 let u: [&[f64]; D] = std::array::from_fn(|a| &u[a][row.clone()]);
-                let square = |i: usize| u.iter().map(|u| u[i] * u[i]).sum::<f64>();
                 sum += match &mixture.density {
-                    Coefficient::Uniform(rho) => rho * total(row.len(), square),
+                    Coefficient::Uniform(rho) => {
+                        let squares = total(
+                            row.len(),
+                            #[inline(always)]
+                            |i| square(&u, i),
+                        );
+                        rho * squares
+                    }
                     Coefficient::Field(rho) => {
                         let rho = &rho[row.clone()];
                         total(
                             row.len(),
                             #[inline(always)]
-                            |i| rho[i] * square(i),
+                            |i| rho[i] * square(&u, i),
                         )
                     }
                 };
-                most = most.max(largest(row.len(), square));
+                let in_row = largest(
+                    row.len(),
+                    #[inline(always)]
+                    |i| square(&u, i),
+                );
+                most = most.max(in_row);
             }
             (sum, most)
         },
     )
+}
+
+/// Squared velocity of a cell of a row, by the components there.
+#[inline(always)]
+fn square<const D: usize>(u: &[&[f64]; D], i: usize) -> f64 {
+    let mut sum = 0.0;
+    for u in u {
+        sum += u[i] * u[i];
+    }
+    sum
 }
 
 /// The error for a value that is not finite, with the first cell that holds one; without one,

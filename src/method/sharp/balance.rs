@@ -14,6 +14,7 @@ use super::rigid::RigidStep;
 use crate::Result;
 use crate::clock::Stage;
 use crate::domain::Domain;
+use crate::grid::{simd, total};
 use crate::kernels::boundary::{self, Sides};
 use crate::particles::Body;
 use crate::state::{Balance, Impulses, State, SurfaceHistory};
@@ -21,12 +22,24 @@ use nalgebra::{Matrix3x4, Vector3};
 
 /// The momentum of the cells of this rank (kg m/s).
 fn cells_momentum<const D: usize>(domain: &Domain<D>, s: &State<D>) -> Vector3<f64> {
-    let mut sum = Vector3::zeros();
-    for (a, u) in s.u.iter().enumerate() {
-        let rows = domain.grid.rows().map(|row| u[row].iter().sum::<f64>());
-        sum[a] = domain.fluid.density * rows.sum::<f64>();
-    }
-    sum * domain.grid.cell_volume()
+    let sum = simd(
+        #[inline(always)]
+        || {
+            let mut sum = Vector3::zeros();
+            for (a, u) in s.u.iter().enumerate() {
+                for row in domain.grid.rows() {
+                    let u = &u[row];
+                    sum[a] += total(
+                        u.len(),
+                        #[inline(always)]
+                        |i| u[i],
+                    );
+                }
+            }
+            sum
+        },
+    );
+    domain.fluid.density * domain.grid.cell_volume() * sum
 }
 
 /// The momentum of everything in the box (kg m/s), of which all cells have `cells`.
