@@ -3,15 +3,17 @@
 //!
 //! ```text
 //!   +------+ (x1, y1)      overlap = Q(x1, y1) - Q(x0, y1) - Q(x1, y0) + Q(x0, y0)
-//!   |   ,--|               Q(x, y) = area of the disc where X < x and Y < y
-//!   +--/---+
+//!   |   ,--|               Q(x, y) = area of the disc between the axes and (x, y), odd in both:
+//!   +--/---+                 x y inside of the circle, outside A(x) y' + A(y) x', x' the sign of x
 //! ```
-//! The first moment of a disc of radius `r` over X < x, Y < y, with `a = sqrt(r^2 - x^2)` and `t`
-//! the `y` within [-a, a], is `[ -a^2 (t + a) + (t^3 + a^3)/3 ]/2`.
+//! with `A(x) = [x s + r^2 (atan(x/s) - x' pi/4)]/2`, `s = sqrt(r^2 - x^2)`. The first moment of
+//! the disc before the line at `x`, between the axis and `y`, is `t (t^2/3 - s^2)/2` with `t` the
+//! `y` within [-s, s].
 
+use super::angle::{angle, sign};
 use super::make_room;
 use nalgebra::Vector3;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_4;
 
 /// A line across the circle, along one of the axes.
 #[derive(Clone, Copy, Debug)]
@@ -20,53 +22,69 @@ pub struct Line {
     at: f64,
     /// Half its chord (m); 0 outside.
     root: f64,
-    /// Area of the disc below it (m2).
-    below: f64,
+    /// Its share A in the areas of quadrants with their corners outside (m2).
+    area: f64,
 }
 
 impl Line {
     /// At a place (m), for a circle of the radius `r` (m).
+    #[inline(always)]
     pub fn new(at: f64, r: f64) -> Line {
-        if at.abs() >= r {
-            return Line { at, root: 0.0, below: if at > 0.0 { PI * r * r } else { 0.0 } };
-        }
-        // Near the rim asin and r^2 - x^2 would lose half of the digits.
-        let root = ((r - at) * (r + at)).sqrt();
-        Line { at, root, below: r * r * (FRAC_PI_2 + at.atan2(root)) + at * root }
+        // Near the rim r^2 - x^2 would lose half of the digits.
+        let square = (r - at) * (r + at);
+        let root = if square > 0.0 { square.sqrt() } else { 0.0 };
+        let angle = angle(at, root) - FRAC_PI_4 * sign(at);
+        Line { at, root, area: 0.5 * (at * root + r * r * angle) }
     }
 }
 
-/// Lines across the circle along one axis, by number.
+/// Lines across circles along one axis, by number.
 #[derive(Clone, Debug, Default)]
 pub struct Lines {
     at: Vec<f64>,
     root: Vec<f64>,
-    below: Vec<f64>,
+    area: Vec<f64>,
 }
 
 impl Lines {
-    /// Sets the lines at these places (m), for a circle of the radius `r` (m), the last one once
+    /// Takes the lines out, and makes room for this many circles with this many lines each.
+    pub fn clear(&mut self, circles: usize, lines: usize) {
+        for values in [&mut self.at, &mut self.root, &mut self.area] {
+            make_room(values, circles * lines.next_multiple_of(VECTOR), 2);
+        }
+    }
+
+    /// Adds the lines at these places (m), for a circle of the radius `r` (m), the last one once
     /// more up to a whole number of vectors.
-    pub fn set(&mut self, places: &[f64], r: f64) {
-        let Lines { at, root, below } = self;
-        for values in [&mut *at, root, below] {
-            make_room(values, places.len() + VECTOR, 1);
+    #[inline(always)]
+    pub fn add(&mut self, places: &[f64], r: f64) {
+        let Lines { at, root, area } = self;
+        let from = at.len();
+        let n = places.len().next_multiple_of(VECTOR);
+        at.extend_from_slice(places);
+        at.resize(from + n, places.last().copied().unwrap_or(0.0));
+        root.resize(from + n, 0.0);
+        area.resize(from + n, 0.0);
+        let at = &at[from..][..n];
+        let root = &mut root[from..][..n];
+        let area = &mut area[from..][..n];
+        for i in 0..n {
+            let line = Line::new(at[i], r);
+            root[i] = line.root;
+            area[i] = line.area;
         }
-        for line in places.iter().map(|at| Line::new(*at, r)) {
-            at.push(line.at);
-            root.push(line.root);
-            below.push(line.below);
-        }
-        let whole = at.len().next_multiple_of(VECTOR);
-        for values in [at, root, below] {
-            let last = values.last().copied().unwrap_or(0.0);
-            values.resize(whole, last);
-        }
+    }
+
+    /// A line of a circle, both by number, of this many a circle.
+    #[inline(always)]
+    pub fn get(&self, circle: usize, line: usize, lines: usize) -> Line {
+        let i = circle * lines.next_multiple_of(VECTOR) + line;
+        Line { at: self.at[i], root: self.root[i], area: self.area[i] }
     }
 }
 
 /// Numbers of a vector.
-const VECTOR: usize = 4;
+pub const VECTOR: usize = 4;
 
 /// Areas (m2) and integrals of both coordinates (m3) over many regions, by number.
 #[derive(Clone, Debug, Default)]
@@ -89,34 +107,24 @@ impl Parts {
         })
     }
 
-    /// Sets the parts of the disc of the radius `r` (m) below each of the lines in x and one in y:
-    /// the quadrants of [`rectangle`], with no branch; the integrals where they are asked for.
+    /// Sets the quadrants of the disc of the radius `r` (m) before each of the lines in x and below
+    /// one in y; the integrals where they are asked for.
     #[inline(always)]
     pub fn set_below(&mut self, x: &Lines, y: &Line, r: f64, moments: bool) {
         let n = x.at.len();
-        let square = r * r;
-        let whole = PI * r * r;
         let [area, x_moment, y_moment] = self.resize(n + 1);
         let at = &x.at[..n];
         let root = &x.root[..n];
-        let below = &x.below[..n];
-        let above = y.at >= 0.0;
-        let y_square = y.at * y.at;
+        let share = &x.area[..n];
         let area = &mut area[..n];
         let x_moment = &mut x_moment[..n];
         let y_moment = &mut y_moment[..n];
         for i in 0..n {
-            let x = at[i];
-            let line = below[i];
-            let right = at[i] >= 0.0;
-            let within = 0.5 * (line + y.below) + x * y.at - 0.25 * whole;
-            let sum = if above { line } else { 0.0 } + if right { y.below } else { 0.0 };
-            let outside = sum - if above && right { whole } else { 0.0 };
-            area[i] = if x * x + y_square < square { within } else { outside };
+            area[i] = quadrant(&Line { at: at[i], root: 0.0, area: share[i] }, y, r);
         }
         for i in 0..if moments { n } else { 0 } {
-            x_moment[i] = moment_within(root[i], y.at);
-            y_moment[i] = moment_within(y.root, at[i]);
+            x_moment[i] = moment(root[i], y.at);
+            y_moment[i] = moment(y.root, at[i]);
         }
     }
 
@@ -143,7 +151,7 @@ fn between(low: &[f64], high: &[f64], out: &mut [f64]) {
     let low = &low[..n];
     let high = &high[..n];
     for i in 0..n {
-        out[i] = next_high[i] - high[i] - next_low[i] + low[i];
+        out[i] = (next_high[i] - high[i]) - (next_low[i] - low[i]);
     }
 }
 
@@ -157,25 +165,13 @@ pub struct CirclePart {
 }
 
 /// The part of the disc of the radius `r` (m) in the rectangle between two lines in x and two in y.
-pub fn rectangle(x: [&Line; 2], y: [&Line; 2], r: f64) -> CirclePart {
-    // Where no arc passes there is nothing to find.
-    let far = |edges: [&Line; 2]| edges[0].at.abs().max(edges[1].at.abs());
-    let near = |edges: [&Line; 2]| edges[0].at.max(-edges[1].at).max(0.0);
-    let square = |f: &dyn Fn([&Line; 2]) -> f64| f(x) * f(x) + f(y) * f(y);
-    if square(&far) <= r * r {
-        let area = (x[1].at - x[0].at) * (y[1].at - y[0].at);
-        return CirclePart {
-            area,
-            moment: [x, y].map(|edges| 0.5 * area * (edges[0].at + edges[1].at)),
-        };
-    }
-    if square(&near) >= r * r {
-        return CirclePart::default();
-    }
-    let sum = |q: &dyn Fn(usize, usize) -> f64| q(1, 1) - q(0, 1) - q(1, 0) + q(0, 0);
+#[inline(always)]
+pub fn rectangle(x: &[Line; 2], y: &[Line; 2], r: f64) -> CirclePart {
+    // The order makes the sum the same in a mirror, to the last bit.
+    let sum = |q: &dyn Fn(usize, usize) -> f64| (q(1, 1) - q(0, 1)) - (q(1, 0) - q(0, 0));
     CirclePart {
-        area: sum(&|i, j| quadrant(x[i], y[j], r)).max(0.0),
-        moment: [sum(&|i, j| moment(x[i], y[j])), sum(&|i, j| moment(y[j], x[i]))],
+        area: sum(&|i, j| quadrant(&x[i], &y[j], r)).max(0.0),
+        moment: [sum(&|i, j| moment(x[i].root, y[j].at)), sum(&|i, j| moment(y[j].root, x[i].at))],
     }
 }
 
@@ -187,17 +183,22 @@ pub fn radius(sphere: f64, at: f64) -> f64 {
 /// Covered part of a face along `axis` times the arm to its centroid (m): the face with its centre
 /// at `middle` (m), between the lines of the two axes that follow, in a circle of the radius `r`
 /// (m).
-pub fn lever(axis: usize, middle: &Vector3<f64>, lines: [[&Line; 2]; 2], r: f64) -> Vector3<f64> {
+#[inline(always)]
+pub fn lever(axis: usize, middle: &Vector3<f64>, lines: &[[Line; 2]; 2], r: f64) -> Vector3<f64> {
     let [x, y] = lines;
     let filled = rectangle(x, y, r);
-    let whole = (x[1].at - x[0].at) * (y[1].at - y[0].at);
-    let part = filled.area / whole;
-    let mut lever = part * middle;
-    if part > LEAST && part < 1.0 - LEAST {
-        lever[(axis + 1) % 3] = filled.moment[0] / whole;
-        lever[(axis + 2) % 3] = filled.moment[1] / whole;
+    let density = 1.0 / ((x[1].at - x[0].at) * (y[1].at - y[0].at));
+    let part = density * filled.area;
+    if part <= LEAST || part >= 1.0 - LEAST {
+        return part * middle;
     }
-    lever
+    let own = part * middle[axis];
+    let [next, last] = filled.moment.map(|moment| density * moment);
+    match axis {
+        0 => Vector3::new(own, next, last),
+        1 => Vector3::new(last, own, next),
+        _ => Vector3::new(next, last, own),
+    }
 }
 
 /// Covered part of a face in 2D times the arm to its centroid (m): the face of half edges `half`
@@ -221,39 +222,30 @@ pub fn chord_lever(
 /// Part of a face below which, as above one less it, the covered one's centroid is the face's own.
 const LEAST: f64 = 1e-9;
 
-/// Area of the disc where X < x and Y < y.
-fn quadrant(x: &Line, y: &Line, r: f64) -> f64 {
-    if x.at * x.at + y.at * y.at < r * r {
-        return 0.5 * (x.below + y.below) + x.at * y.at - 0.25 * PI * r * r;
-    }
-    match (x.at >= 0.0, y.at >= 0.0) {
-        (true, true) => x.below + y.below - PI * r * r,
-        (false, true) => x.below,
-        (true, false) => y.below,
-        (false, false) => 0.0,
-    }
-}
-
-/// Integral of X over that part.
-fn moment(x: &Line, y: &Line) -> f64 {
-    moment_within(x.root, y.at)
-}
-
-/// Integral of X over the part of the disc before a line of the half chord `a` (m), below `y` (m).
+/// Area of the disc between the axes and the lines.
 #[inline(always)]
-fn moment_within(a: f64, y: f64) -> f64 {
+fn quadrant(x: &Line, y: &Line, r: f64) -> f64 {
+    let outside = x.area * sign(y.at) + y.area * sign(x.at);
+    if x.at * x.at + y.at * y.at < r * r { x.at * y.at } else { outside }
+}
+
+/// Integral of X over the part of the disc before a line of the half chord `a` (m), between the
+/// axis and `y` (m).
+#[inline(always)]
+fn moment(a: f64, y: f64) -> f64 {
     let t = if y < -a { -a } else { y };
     let t = if t > a { a } else { t };
-    0.5 * (-a * a * (t + a) + (t * t * t + a * a * a) / 3.0)
+    0.5 * t * (t * t / 3.0 - a * a)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     fn part(x: [f64; 2], y: [f64; 2], r: f64) -> CirclePart {
         let [x, y] = [x, y].map(|edges| edges.map(|at| Line::new(at, r)));
-        rectangle([&x[0], &x[1]], [&y[0], &y[1]], r)
+        rectangle(&x, &y, r)
     }
 
     #[test]

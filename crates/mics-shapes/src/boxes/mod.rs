@@ -6,6 +6,7 @@
 //!              box (i, j, k) from p_i to p_(i+1) along x, and so on
 //! ```
 
+pub(crate) mod angle;
 pub(crate) mod ball;
 pub(crate) mod circle;
 pub(crate) mod convex;

@@ -1,329 +1,316 @@
-//! The part of a sphere of radius R about the origin beyond three planes, in closed form; a box is
-//! eight such corners.
+//! The part of a sphere of radius R about the origin in the boxes of a lattice, in closed form: a
+//! box is a sum over its corners.
 //!
 //! ```text
-//!   G(a, b, c) = volume where x > a, y > b, z > c         box = sum over its corners of +-G
+//!   H(a, b, c) = volume between the planes of the origin and x = a, y = b, z = c, odd in each of
+//!                them; box = sum over its corners of +-H
 //!
-//!   the corner inside the sphere:   3 G = R A - a A_a - b A_b - c A_c        cones from the origin
-//!      A / R^2 = 2 pi - sum of the outer angles - sum (a/R) arc_a
-//!              by Gauss and Bonnet, with A the patch of the sphere
-//!      A_a = rho^2 arc_a/2 + b c - (b s_ab + c s_ca)/2,   rho^2 = R^2 - a^2,
-//!              s_ab^2 = rho^2 - b^2
-//!      arc_a = pi/2 - asin(b/rho) - asin(c/rho),   cos(outer angle of a, b) = -a b/(rho_a rho_b)
-//!   outside:  what is left is empty, or what two planes, one or none cut off, by the signs of a,
-//!                 b, c
+//!   the corner inside the sphere:   H = a b c
+//!   outside:   H = c' E(a, b) + a' E(b, c) + b' E(c, a),   a' the sign of a
+//!      E(a, b) = a b s/3 + w_a u_ab + w_b u_ba - R^3/3 (atan(a b/(R s)) - a' b' pi/6)
+//!      s^2 = R^2 - a^2 - b^2,   w_a = a (3 R^2 - a^2)/6,   u_ab = atan(b/s) - b' pi/4
+//!              the column over a b, less what is beyond single planes: half of that for each of
+//!              the two columns that a plane is part of
 //!
-//!   moment      int x dV = 1/2 int_(x = a) (rho^2 - y^2 - z^2) dA
-//!              since -(R^2 - r^2)/2 e_x has the divergence x, and is zero on the sphere
+//!   moment      int x dV = -1/2 [int (rho^2 - y^2 - z^2) dA] from x = a_0 to a_1,
+//!              rho^2 = R^2 - a^2, since -(R^2 - r^2)/2 e_x has the divergence x
+//!      inside:   b c (rho^2 - (b^2 + c^2)/3)
+//!      outside:  c' F(a, b) + b' F(a, c),   F(a, b) = b s (s^2/6 + rho^2/4) + rho^4/4 u_ab
 //! ```
-//! All angles belong to two planes, so that a lattice of boxes has as many as it has edges.
+//! All angles belong to two planes, so that a lattice of boxes has as many as it has edges. Planes
+//! beyond the sphere count as touching it.
 
+use super::angle::{angle, sign};
+use super::circle::VECTOR;
+use super::make_room;
 use nalgebra::Vector3;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_4, FRAC_PI_6};
+use std::ops::Range;
 
-/// A plane normal to an axis.
-#[derive(Clone, Copy, Debug)]
-pub struct Plane {
-    /// Where (m).
-    at: f64,
+/// Planes normal to an axis, by number, the last one once more up to a whole number of vectors.
+#[derive(Clone, Debug, Default)]
+struct Planes {
+    /// Where, within the sphere (m).
+    at: Vec<f64>,
+    /// The sign of that.
+    sign: Vec<f64>,
     /// Square of the radius of the circle in it (m2).
-    square: f64,
-    /// Volume beyond it (m3).
-    cap: f64,
+    square: Vec<f64>,
 }
 
-/// Two planes normal to two axes.
-#[derive(Clone, Copy, Debug)]
-pub struct Pair {
-    /// Half the chord along their edge (m); 0 outside.
-    root: f64,
-    /// Angle of the second one's line in the first one's circle, and the other way round.
-    first: f64,
-    second: f64,
-    /// Outer angle between their circles.
-    outer: f64,
-    /// Volume beyond both (m3).
-    beyond: f64,
+/// Pairs of planes normal to two axes, the first one fastest.
+#[derive(Clone, Debug, Default)]
+struct Pairs {
+    /// The volume E (m3).
+    volume: Vec<f64>,
+    /// The integral F in the first plane's circle, and in the second one's (m4).
+    first: Vec<f64>,
+    second: Vec<f64>,
 }
 
-/// The part of the sphere beyond a corner.
-#[derive(Clone, Copy, Debug)]
-pub struct Corner {
-    /// Volume (m3).
-    pub volume: f64,
-    /// Integrals of the coordinates over it (m4).
-    pub moment: Vector3<f64>,
+/// The corners of a lattice of boxes, and the sums over the four edges of a row of them along x.
+#[derive(Clone, Debug, Default)]
+pub struct Corners {
+    planes: [Planes; 3],
+    /// Pairs of x and y, x and z, y and z.
+    pairs: [Pairs; 3],
+    /// Sums of volumes (m3) and of moments (m4, times -2) over the edges, at each plane in x.
+    volume: Vec<f64>,
+    moment: [Vec<f64>; 3],
 }
 
-/// A line in a plane's circle: where (m), its angle, half its chord (m).
-#[derive(Clone, Copy)]
-struct Line {
-    at: f64,
-    angle: f64,
-    root: f64,
-}
-
-impl Plane {
-    /// At a place (m), of a sphere of the given radius (m).
-    pub fn new(at: f64, radius: f64) -> Plane {
-        let within = at.clamp(-radius, radius);
-        let cap = PI / 3.0 * (radius - within).powi(2) * (2.0 * radius + within);
-        Plane { at, square: (radius * radius - at * at).max(0.0), cap }
+impl Planes {
+    #[inline(always)]
+    fn one(&self, k: usize) -> Place {
+        Place { at: self.at[k], sign: self.sign[k], square: self.square[k] }
     }
 
-    /// Integral over its circle beyond one line, of `rho^2 - r^2` (m4).
-    fn half(&self, line: &Line) -> f64 {
-        let Line { at, angle, root } = *line;
-        let along = (0.5 * self.square - 0.25 * at * at) * 2.0 * root - root.powi(3) / 6.0;
-        0.5 * self.square * self.square * (FRAC_PI_2 - angle) - at * along
-    }
-
-    /// Integral over its circle beyond two lines, of `rho^2 - r^2` (m4), the corner inside.
-    fn quarter(&self, y: &Line, z: &Line) -> f64 {
-        let along = |line: &Line, other: &Line| {
-            let part = (0.5 * self.square - 0.25 * line.at * line.at) * (line.root - other.at);
-            line.at * (part - (line.root.powi(3) - other.at.powi(3)) / 12.0)
-        };
-        0.25 * self.square * self.square * (FRAC_PI_2 - y.angle - z.angle)
-            - along(y, z)
-            - along(z, y)
-    }
-
-    /// Integral over its circle beyond two lines, of `rho^2 - r^2` (m4), the corner outside.
-    fn rest(&self, y: &Line, z: &Line) -> f64 {
-        match (y.at < 0.0, z.at < 0.0) {
-            (false, false) => 0.0,
-            (true, false) => self.half(z),
-            (false, true) => self.half(y),
-            (true, true) => self.half(y) + self.half(z) - 0.5 * PI * self.square * self.square,
+    #[inline(always)]
+    fn set(&mut self, places: &[f64], radius: f64) {
+        let n = places.len().max(1).next_multiple_of(VECTOR);
+        for values in [&mut self.at, &mut self.sign, &mut self.square] {
+            make_room(values, n, 1);
         }
+        self.at.extend(places.iter().map(|at| at.clamp(-radius, radius)));
+        let last = self.at.last().copied().unwrap_or(0.0);
+        self.at.resize(n, last);
+        self.sign.extend(self.at.iter().map(|at| sign(*at)));
+        self.square.extend(self.at.iter().map(|at| (radius - at) * (radius + at)));
     }
 }
 
-impl Pair {
-    /// Two planes that are normal to two axes, in a sphere of the given radius (m).
-    pub fn new(p: &Plane, q: &Plane, radius: f64) -> Pair {
-        let square = radius * radius - p.at * p.at - q.at * q.at;
-        let whole = 4.0 / 3.0 * PI * radius.powi(3);
-        if square <= 0.0 {
-            let side = |at: f64| FRAC_PI_2.copysign(at);
-            let angle = |plane: &Plane, at: f64| {
-                if at * at < plane.square { (at / plane.square.sqrt()).asin() } else { side(at) }
-            };
-            let beyond = match (p.at < 0.0, q.at < 0.0) {
-                (false, false) => 0.0,
-                (true, false) => q.cap,
-                (false, true) => p.cap,
-                (true, true) => p.cap + q.cap - whole,
-            };
-            return Pair {
-                root: 0.0,
-                first: angle(p, q.at),
-                second: angle(q, p.at),
-                outer: 0.0,
-                beyond,
-            };
+impl Pairs {
+    #[inline(always)]
+    fn set(&mut self, p: &Planes, q: &Planes, radius: f64) {
+        let n = p.at.len();
+        let [volume, first, second] = [&mut self.volume, &mut self.first, &mut self.second];
+        for values in [&mut *volume, first, second] {
+            make_room(values, n * q.at.len(), 2);
+            values.resize(n * q.at.len(), 0.0);
         }
-        let root = square.sqrt();
-        let circles = [p.square.sqrt(), q.square.sqrt()];
-        let first = (q.at / circles[0]).asin();
-        let second = (p.at / circles[1]).asin();
-        let outer = (-p.at * q.at / (circles[0] * circles[1])).acos();
-        // The lens between them: two arcs, two corners.
-        let segment =
-            |plane: &Plane, angle: f64, at: f64| plane.square * (FRAC_PI_2 - angle) - at * root;
-        let arcs = p.at * (PI - 2.0 * first) + q.at * (PI - 2.0 * second);
-        let patch = radius * radius * (2.0 * PI - 2.0 * outer) - radius * arcs;
-        let flat = p.at * segment(p, first, q.at) + q.at * segment(q, second, p.at);
-        Pair { root, first, second, outer, beyond: (radius * patch - flat) / 3.0 }
-    }
-}
-
-impl Corner {
-    /// None.
-    pub const EMPTY: Corner = Corner { volume: 0.0, moment: Vector3::new(0.0, 0.0, 0.0) };
-
-    /// Adds a multiple of another one.
-    #[inline]
-    pub fn add(&mut self, factor: f64, other: &Corner) {
-        self.volume += factor * other.volume;
-        self.moment += factor * other.moment;
-    }
-
-    /// The corner of planes normal to x, y, z and of their pairs xy, yz, zx; the integrals where
-    /// they are asked for.
-    pub fn new(planes: [&Plane; 3], pairs: [&Pair; 3], radius: f64, integrals: bool) -> Corner {
-        let line = |k: usize, angle: f64, root: f64| Line { at: planes[k].at, angle, root };
-        // The lines of the next two planes in the circle of each plane.
-        let lines: [[Line; 2]; 3] = std::array::from_fn(|k| {
-            let next = pairs[k];
-            let last = pairs[(k + 2) % 3];
-            [line((k + 1) % 3, next.first, next.root), line((k + 2) % 3, last.second, last.root)]
-        });
-        let distance: f64 = planes.iter().map(|plane| plane.at * plane.at).sum();
-        let outer = distance >= radius * radius;
-        let moment = |k: usize| {
-            let [y, z] = &lines[k];
-            0.5 * if outer { planes[k].rest(y, z) } else { planes[k].quarter(y, z) }
-        };
-        let moment = Vector3::from_fn(|k, _| if integrals { moment(k) } else { 0.0 });
-        if outer {
-            return Corner { volume: outside(planes, pairs, radius), moment };
-        }
-        let mut patch = 2.0 * PI - pairs.iter().map(|pair| pair.outer).sum::<f64>();
-        let mut flat = 0.0;
-        for (plane, [y, z]) in planes.iter().zip(&lines) {
-            let arc = FRAC_PI_2 - y.angle - z.angle;
-            patch -= plane.at / radius * arc;
-            flat += plane.at
-                * (0.5 * plane.square * arc + y.at * z.at - 0.5 * (y.at * y.root + z.at * z.root));
-        }
-        Corner { volume: (radius.powi(3) * patch - flat) / 3.0, moment }
-    }
-}
-
-/// The volume beyond a corner outside the sphere: beyond the opposite corner there is nothing.
-fn outside(planes: [&Plane; 3], pairs: [&Pair; 3], radius: f64) -> f64 {
-    let below = planes.map(|plane| plane.at < 0.0);
-    match below.iter().filter(|below| **below).count() {
-        0 => 0.0,
-        1 => {
-            let k = if below[0] {
-                0
-            } else if below[1] {
-                1
-            } else {
-                2
-            };
-            pairs[(k + 1) % 3].beyond
-        }
-        2 => {
-            let k = if !below[0] {
-                0
-            } else if !below[1] {
-                1
-            } else {
-                2
-            };
-            pairs[k].beyond + pairs[(k + 2) % 3].beyond - planes[k].cap
-        }
-        _ => {
-            let caps: f64 = planes.iter().map(|plane| plane.cap).sum();
-            4.0 / 3.0 * PI * radius.powi(3) - caps
-                + pairs.iter().map(|pair| pair.beyond).sum::<f64>()
-        }
-    }
-}
-
-/// The part of a sphere of the given radius (m) in a box from `low` to `high` (m).
-#[cfg(test)]
-pub fn of_box(low: &Vector3<f64>, high: &Vector3<f64>, radius: f64) -> Corner {
-    let planes: [[Plane; 2]; 3] =
-        std::array::from_fn(|a| [low[a], high[a]].map(|at| Plane::new(at, radius)));
-    let pair =
-        |a: usize, i: usize, j: usize| Pair::new(&planes[a][i], &planes[(a + 1) % 3][j], radius);
-    let mut sum = Corner::EMPTY;
-    for n in 0..8usize {
-        let sign = if n.count_ones() % 2 == 0 { 1.0 } else { -1.0 };
-        let [i, j, k] = [n & 1, n >> 1 & 1, n >> 2];
-        let pairs = [pair(0, i, j), pair(1, j, k), pair(2, k, i)];
-        let own = [&planes[0][i], &planes[1][j], &planes[2][k]];
-        sum.add(sign, &Corner::new(own, pairs.each_ref(), radius, true));
-    }
-    sum
-}
-
-/// The part beyond an end of a box along x, by its corners at the low (0) or the high plane (1) of
-/// y and z: that of the low end less that of the high one is the box's.
-pub fn end(mut corner: impl FnMut([usize; 2]) -> Corner) -> Corner {
-    let mut sum = Corner::EMPTY;
-    for (sign, at) in [(1.0, [0, 0]), (-1.0, [1, 0]), (-1.0, [0, 1]), (1.0, [1, 1])] {
-        sum.add(sign, &corner(at));
-    }
-    sum
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sphere_volume_is_sum_over_tiling_cells() {
-        for (r, h, shift) in
-            [(0.5, 0.125, 0.03), (1.0, 0.3, 0.11), (0.5, 0.02, 0.007), (0.5, 0.125, 0.0)]
-        {
-            let n = (r / h) as i32 + 2;
-            let mut sum = 0.0;
-            let mut moment = Vector3::zeros();
-            for k in 0..(2 * n).pow(3) {
-                let at = |k: i32| f64::from(k % (2 * n) - n) * h + shift;
-                let low = Vector3::new(at(k), at(k / (2 * n)), at(k / (4 * n * n)));
-                let part = of_box(&low, &low.add_scalar(h), r);
-                assert!(
-                    part.volume > -1e-12 * r.powi(3) && part.volume < (1.0 + 1e-9) * h.powi(3),
-                    "{part:?}"
-                );
-                sum += part.volume;
-                moment += part.moment;
+        let rows = volume.chunks_exact_mut(n).zip(first.chunks_exact_mut(n));
+        for (j, ((volume, first), second)) in rows.zip(second.chunks_exact_mut(n)).enumerate() {
+            let b = q.at[j];
+            let b_sign = q.sign[j];
+            let b_square = q.square[j];
+            let p_at = &p.at[..n];
+            let p_sign = &p.sign[..n];
+            let p_square = &p.square[..n];
+            let third = radius * radius * radius / 3.0;
+            let weight = |at: f64, square: f64| at * (2.0 * radius * radius + square) / 6.0;
+            let own = weight(b, b_square);
+            for i in 0..n {
+                let a = p_at[i];
+                let a_sign = p_sign[i];
+                let a_square = p_square[i];
+                let square = a_square - b * b;
+                let square = if square > 0.0 { square } else { 0.0 };
+                let root = square.sqrt();
+                let u = angle(b, root) - FRAC_PI_4 * b_sign;
+                let v = angle(a, root) - FRAC_PI_4 * a_sign;
+                let w = angle(a * b, radius * root) - FRAC_PI_6 * (a_sign * b_sign);
+                volume[i] = a * b * root / 3.0 + (weight(a, a_square) * u + own * v) - third * w;
+                first[i] =
+                    b * root * (square / 6.0 + 0.25 * a_square) + 0.25 * (a_square * a_square) * u;
+                second[i] =
+                    a * root * (square / 6.0 + 0.25 * b_square) + 0.25 * (b_square * b_square) * v;
             }
-            let exact = 4.0 / 3.0 * PI * r * r * r;
-            assert!((sum / exact - 1.0).abs() < 1e-12, "{r} {h}: {sum} against {exact}");
-            assert!(moment.amax() < 1e-12 * r.powi(4), "{moment}");
+        }
+    }
+}
+
+impl Corners {
+    /// Sets the planes of a lattice (m) and the radius of the sphere (m).
+    #[inline(always)]
+    pub fn set(&mut self, planes: &[Vec<f64>; 3], radius: f64) {
+        for (own, places) in self.planes.iter_mut().zip(planes) {
+            own.set(places, radius);
+        }
+        let [x, y, z] = &self.planes;
+        let [xy, xz, yz] = &mut self.pairs;
+        xy.set(x, y, radius);
+        xz.set(x, z, radius);
+        yz.set(y, z, radius);
+        let [a, b, c] = &mut self.moment;
+        for values in [&mut self.volume, a, b, c] {
+            make_room(values, x.at.len(), 1);
+            values.resize(x.at.len(), 0.0);
         }
     }
 
-    #[test]
-    fn sphere_cap_and_octant_volumes_and_moments() {
-        let r = 0.8f64;
-        let h = 0.3;
-        let cap = of_box(&Vector3::new(-1.0, -1.0, r - h), &Vector3::repeat(1.0), r);
-        assert!((cap.volume - PI * h * h * (3.0 * r - h) / 3.0).abs() < 1e-14);
-        assert!((cap.moment.z - PI / 4.0 * (h * (2.0 * r - h)).powi(2)).abs() < 1e-14);
-        let octant = of_box(&Vector3::zeros(), &Vector3::repeat(1.0), r);
-        assert!((octant.volume - PI * r.powi(3) / 6.0).abs() < 1e-14);
-        assert!(
-            (octant.moment - Vector3::repeat(PI * r.powi(4) / 16.0)).amax() < 1e-14,
-            "{}",
-            octant.moment
+    /// Number of planes in x, with those that fill the last vector.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.volume.len()
+    }
+
+    /// Finds the sums over the edges of a row of boxes, of the number `at` in y and z, at a range
+    /// of planes in x, a whole number of vectors; those of moments where they are asked for.
+    #[inline(always)]
+    pub fn find(&mut self, at: [usize; 2], range: Range<usize>, moments: bool) {
+        let Corners { planes: [x, y, z], pairs: [xy, xz, yz], volume, moment, .. } = self;
+        let n = x.at.len();
+        let row = Row {
+            at: &x.at[range.clone()],
+            sign: &x.sign[range.clone()],
+            square: &x.square[range.clone()],
+            edges: [
+                Edge::new([y, z], yz, [at[0] + 1, at[1] + 1]),
+                Edge::new([y, z], yz, [at[0], at[1] + 1]),
+                Edge::new([y, z], yz, [at[0] + 1, at[1]]),
+                Edge::new([y, z], yz, at),
+            ],
+        };
+        let [j, k] = at.map(|at| [at + 1, at].map(|at| at * n + range.start));
+        row.sum(
+            &mut volume[range.clone()],
+            j.map(|j| &xy.volume[j..]),
+            k.map(|k| &xz.volume[k..]),
+            #[inline(always)]
+            |edge, x, xy, xz| edge.volume(x, xy, xz),
+        );
+        if !moments {
+            return;
+        }
+        let [mx, my, mz] = moment.each_mut().map(|values| &mut values[range.clone()]);
+        row.sum(
+            mx,
+            j.map(|j| &xy.first[j..]),
+            k.map(|k| &xz.first[k..]),
+            #[inline(always)]
+            |edge, x, xy, xz| edge.moment_x(x, xy, xz),
+        );
+        row.sum(
+            my,
+            j.map(|j| &xy.second[j..]),
+            k.map(|k| &xz.second[k..]),
+            #[inline(always)]
+            |edge, x, xy, _| edge.moment_y(x, xy),
+        );
+        row.sum(
+            mz,
+            j.map(|j| &xy.second[j..]),
+            k.map(|k| &xz.second[k..]),
+            #[inline(always)]
+            |edge, x, _, xz| edge.moment_z(x, xz),
         );
     }
 
-    #[test]
-    fn sphere_box_overlap_matches_point_count() {
-        let r = 1.0;
-        let mut seed = 1u64;
-        let mut chance = || {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (seed >> 33) as f64 / (1u64 << 31) as f64
-        };
-        for _ in 0..60 {
-            let low = Vector3::from_fn(|_, _| -1.2 + 2.0 * chance());
-            let edges = Vector3::from_fn(|_, _| 0.05 + chance());
-            let n = 48;
-            let mut volume = 0.0;
-            let mut moment = Vector3::zeros();
-            let piece = edges.product() / f64::from(n * n * n);
-            for k in 0..n * n * n {
-                let at = Vector3::new(k % n, k / n % n, k / n / n)
-                    .map(|k| (f64::from(k) + 0.5) / f64::from(n));
-                let place = low + at.component_mul(&edges);
-                if place.norm() < r {
-                    volume += piece;
-                    moment += piece * place;
-                }
+    /// Volume (m3) and first moments (m4) of the part of the sphere in a box of that row, which
+    /// lies between two planes of that range.
+    #[inline(always)]
+    pub fn part(&self, i: usize) -> (f64, Vector3<f64>) {
+        let between = |values: &[f64]| values[i + 1] - values[i];
+        let moment = Vector3::from_fn(|a, _| -0.5 * between(&self.moment[a]));
+        (between(&self.volume), moment)
+    }
+}
+
+/// A plane of [`Planes`].
+#[derive(Clone, Copy)]
+struct Place {
+    at: f64,
+    sign: f64,
+    square: f64,
+}
+
+/// An edge of a row of boxes along x, by its planes in y and z and what they have in common.
+#[derive(Clone, Copy)]
+struct Edge {
+    planes: [Place; 2],
+    volume: f64,
+    moments: [f64; 2],
+}
+
+impl Edge {
+    /// The edge of these planes by number, with their pairs.
+    #[inline(always)]
+    fn new(planes: [&Planes; 2], pairs: &Pairs, at: [usize; 2]) -> Edge {
+        let [y, z] = planes;
+        let [j, k] = at;
+        let pair = j + y.at.len() * k;
+        Edge {
+            planes: [y.one(j), z.one(k)],
+            volume: pairs.volume[pair],
+            moments: [pairs.first[pair], pairs.second[pair]],
+        }
+    }
+
+    /// Whether its corner at a plane in x lies in the sphere.
+    #[inline(always)]
+    fn is_inside(&self, x: &Place) -> bool {
+        let [y, z] = &self.planes;
+        x.at * x.at < y.square - z.at * z.at
+    }
+
+    /// The volume of the corner at a plane in x, by those of its pairs with the planes in y and z.
+    #[inline(always)]
+    fn volume(&self, x: &Place, xy: f64, xz: f64) -> f64 {
+        let [y, z] = &self.planes;
+        let outside = z.sign * xy + y.sign * xz + x.sign * self.volume;
+        if self.is_inside(x) { x.at * (y.at * z.at) } else { outside }
+    }
+
+    /// Its moment along x likewise.
+    #[inline(always)]
+    fn moment_x(&self, x: &Place, xy: f64, xz: f64) -> f64 {
+        let [y, z] = &self.planes;
+        let inside = y.at * z.at * (x.square - (y.at * y.at + z.at * z.at) / 3.0);
+        if self.is_inside(x) { inside } else { z.sign * xy + y.sign * xz }
+    }
+
+    #[inline(always)]
+    fn moment_y(&self, x: &Place, xy: f64) -> f64 {
+        let [y, z] = &self.planes;
+        let inside = x.at * z.at * (y.square - (x.at * x.at + z.at * z.at) / 3.0);
+        if self.is_inside(x) { inside } else { z.sign * xy + x.sign * self.moments[0] }
+    }
+
+    #[inline(always)]
+    fn moment_z(&self, x: &Place, xz: f64) -> f64 {
+        let [y, z] = &self.planes;
+        let inside = x.at * y.at * (z.square - (x.at * x.at + y.at * y.at) / 3.0);
+        if self.is_inside(x) { inside } else { y.sign * xz + x.sign * self.moments[1] }
+    }
+}
+
+/// Planes in x, and the edges of a row of boxes: first the one that is further along y and z, the
+/// one before it along y, along z, and along both.
+struct Row<'a> {
+    at: &'a [f64],
+    sign: &'a [f64],
+    square: &'a [f64],
+    edges: [Edge; 4],
+}
+
+impl Row<'_> {
+    /// Sets the sums over the edges of what `value` gives to their corners, by what belongs to
+    /// pairs with the further and the nearer plane in y, and in z.
+    #[inline(always)]
+    fn sum(
+        &self,
+        out: &mut [f64],
+        xy: [&[f64]; 2],
+        xz: [&[f64]; 2],
+        value: impl Fn(&Edge, &Place, f64, f64) -> f64,
+    ) {
+        let [far, low, below, near] = &self.edges;
+        for (k, out) in out.chunks_exact_mut(VECTOR).enumerate() {
+            let lanes = |values: &[f64]| -> [f64; VECTOR] {
+                let values = &values[k * VECTOR..][..VECTOR];
+                std::array::from_fn(|lane| values[lane])
+            };
+            let [at, sign, square] = [lanes(self.at), lanes(self.sign), lanes(self.square)];
+            let [y, low_y] = [lanes(xy[0]), lanes(xy[1])];
+            let [z, low_z] = [lanes(xz[0]), lanes(xz[1])];
+            let mut sum = [0.0; VECTOR];
+            for i in 0..VECTOR {
+                let x = Place { at: at[i], sign: sign[i], square: square[i] };
+                // In a mirror the sum is the same to the last bit.
+                sum[i] = (value(far, &x, y[i], z[i]) - value(low, &x, low_y[i], z[i]))
+                    - (value(below, &x, y[i], low_z[i]) - value(near, &x, low_y[i], low_z[i]));
             }
-            let exact = of_box(&low, &(low + edges), r);
-            let close = 4e-3 * edges.product() + 1e-9;
-            assert!(
-                (exact.volume - volume).abs() < close,
-                "{low} {edges}: {} counted {volume}",
-                exact.volume
-            );
-            assert!(
-                (exact.moment - moment).amax() < close,
-                "{low} {edges}: {} counted {moment}",
-                exact.moment
-            );
+            out.copy_from_slice(&sum);
         }
     }
 }

@@ -19,7 +19,7 @@ impl Disc {
     pub fn area_in(&self, middle: &Vector3<f64>, half: &Vector3<f64>) -> f64 {
         let line = |at: f64| Line::new(at, self.radius);
         let [x, y] = [0, 1].map(|a| [line(middle[a] - half[a]), line(middle[a] + half[a])]);
-        circle::rectangle([&x[0], &x[1]], [&y[0], &y[1]], self.radius).area
+        circle::rectangle(&x, &y, self.radius).area
     }
 
     /// Area (m2) of the polygon in its place, after Ushijima et al. 2003: that through the corners
