@@ -62,7 +62,7 @@ impl Touching {
     pub fn describe(&self) -> String {
         format!(
             "contacts     {} of {} free bodies touch once they are let down: {} substeps a step, \
-            {:.0} us each, {:.2} ms together",
+            {:.2} us each, {:.3} ms together",
             self.touching,
             self.free,
             whole(self.substeps.round()),

@@ -23,8 +23,8 @@
 //! velocities at the start and at the end of the step, not as the substeps expected: without the
 //! correction of its position its springs store less than it loses (a disc of s = 2.5 that leaves a
 //! wall in four steps keeps 0.70 of its speed, and 0.79 with it). The pairs are corrected one after
-//! the other in the order of their colours, there and back, until a sweep
-//! changes little beside the first one: each layer of a pile slides by little on the one below.
+//! the other in the order of their colours, there and back, until a sweep changes little beside the
+//! first one: each layer of a pile slides by little on the one below.
 
 use super::Impulse;
 use super::arms::{Arms, PairImpulse};

@@ -199,8 +199,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
         copy(&s.faces, &mut surfaces.correction);
         surfaces.before_forcing.reserve(self.cut.most_ghost_cells());
         self.rigid.initialise_history(domain, s, &self.cut, |_| true)?;
-        let histories = &mut SurfaceHistory::of(&mut s.surfaces)?.bodies;
-        histories.iter_mut().enumerate().for_each(|(k, h)| h.cut_at = self.cut.places.history(k));
+        self.cut.places.keep(&mut SurfaceHistory::of(&mut s.surfaces)?.bodies);
         s.exchange.fill(Exchange::default());
         s.balance = s.has_free_bodies().then(Balance::default);
         self.start_balance(domain, s)?;
@@ -337,8 +336,7 @@ impl<const D: usize> Sharp<D> {
         if s.bodies.iter().any(Body::moves) {
             rigid.advance(domain, s, cut.h, dt)?;
             rebuilt = cut.rebuild_moved(domain, &s.bodies, dt);
-            let histories = &mut SurfaceHistory::of(&mut s.surfaces)?.bodies;
-            histories.iter_mut().enumerate().for_each(|(k, h)| h.cut_at = cut.places.history(k));
+            cut.places.keep(&mut SurfaceHistory::of(&mut s.surfaces)?.bodies);
         }
         if rebuilt {
             boundaries::cover_boundaries(cut, domain);

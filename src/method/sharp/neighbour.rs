@@ -210,3 +210,33 @@ impl Neighbour {
 pub fn round(body: &Body) -> Option<f64> {
     body.shape().is_round().then(|| body.radius())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::shapes::Ellipse;
+    use nalgebra::vector;
+    use std::sync::Arc;
+
+    #[test]
+    fn neighbour_is_never_beyond_its_distance() {
+        let shape = Arc::new(Ellipse::new([1.0, 0.1]));
+        let bodies = [Body::new(shape, 1.0, 0.0, Vector3::zeros())];
+        let orientation = bodies[0].orientation();
+        let neighbour = || Neighbour::new(0, &bodies[0], Vector3::zeros(), orientation, None);
+        let asked = neighbour();
+        let mut beyond = 0;
+        for k in 0..400 {
+            let turn = 0.7 * k as f64;
+            let place =
+                (0.2 + 0.8 * (0.3 * turn).sin().abs()) * vector![turn.cos(), turn.sin(), 0.0];
+            let distance = neighbour().distance(&bodies, &place);
+            assert!(!asked.is_beyond(&place, distance * (1.0 + 1e-12) + 1e-12));
+            beyond += usize::from(asked.is_beyond(&place, 0.2 * distance - 0.1));
+            if k % 3 == 0 {
+                assert_eq!(asked.distance(&bodies, &place), distance);
+            }
+        }
+        assert!(beyond > 50, "{beyond}");
+    }
+}

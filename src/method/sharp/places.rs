@@ -1,5 +1,11 @@
 //! Where the bodies are cut: as long as one stays near to where it was cut last, it stays cut as it
 //! was, and so does what it covers, sets and reads there.
+//!
+//! ```text
+//!   cut anew:  |x - x_cut| + |R - R_cut| r > 1e-3 h    x: centre, R: orientation, r: radius
+//!              or the last cut was 2e-3 h and more from the one before: of cells that the body
+//!              then left it sets the velocity for one step alone
+//! ```
 
 use super::seen::Moved;
 use crate::numerics::CUT_ANEW;
@@ -66,11 +72,13 @@ impl CutPlaces {
         }
     }
 
-    /// Where a body is cut, for its history; none where it may have left cells as it was cut, which
-    /// are the fluid's after a step.
-    pub fn history(&self, k: usize) -> Option<CutAt> {
-        let Body { centre, orientation, .. } = self.bodies[k];
-        (!self.has_left_cells(k)).then_some(CutAt { centre, orientation })
+    /// Keeps in the histories where bodies are cut; of none that may have left cells as it was cut,
+    /// which are the fluid's after a step.
+    pub fn keep(&self, histories: &mut [BodyHistory]) {
+        for (k, history) in histories.iter_mut().enumerate() {
+            let Body { centre, orientation, .. } = self.bodies[k];
+            history.cut_at = (!self.has_left_cells(k)).then_some(CutAt { centre, orientation });
+        }
     }
 
     /// Has the bodies cut anew in the next step whose histories do not know where they are cut.
@@ -82,5 +90,32 @@ impl CutPlaces {
 
     fn has_left_cells(&self, k: usize) -> bool {
         self.moved[k].farthest > 2.0 * self.least
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Disc;
+    use nalgebra::vector;
+    use std::sync::Arc;
+
+    #[test]
+    fn bodies_are_cut_anew_where_they_moved_and_once_more_where_they_left_cells() {
+        let mut body = Body::new(Arc::new(Disc { radius: 0.4 }), 1.0, 0.0, vector![1.0, 1.0, 0.0]);
+        let mut places = CutPlaces::new(std::slice::from_ref(&body), 0.1);
+        let mut cut_after = |spacings: f64| {
+            body.centre.x += 0.1 * spacings;
+            let cut = places.follow(std::slice::from_ref(&body), &[None; 3]);
+            let mut histories = [BodyHistory::default()];
+            places.keep(&mut histories);
+            (cut, histories[0].cut_at.is_some())
+        };
+        // By little, by as much in all as counts, by far, and not any more.
+        let ways = [4e-4, 4e-4, 4e-4, 0.3, 0.0, 0.0];
+        let found = ways.map(&mut cut_after);
+        let cut = [false, false, true, true, true, false];
+        let known = [true, true, true, false, true, true];
+        assert_eq!(found, std::array::from_fn(|n| (cut[n], known[n])));
     }
 }
