@@ -47,7 +47,7 @@ impl BodyRanks {
         bodies: &[Body],
         extent: impl Fn(usize) -> Vector3<f64>,
     ) {
-        if self.begin.len() == 2 {
+        if self.is_alone() {
             return;
         }
         self.take(|k, take| {
@@ -98,6 +98,11 @@ impl BodyRanks {
         // Filling has moved each beginning to its end.
         begin.rotate_right(1);
         begin[0] = 0;
+    }
+
+    /// Whether there is no other rank.
+    pub fn is_alone(&self) -> bool {
+        self.begin.len() == 2
     }
 
     /// Number of bodies on all ranks.

@@ -35,7 +35,7 @@ pub use cells::read_case;
 pub use describe::{needs, stages};
 pub use diagnostics::gather;
 pub(crate) use division::surface_work;
-pub use insertion::{admit, bring, ids, keep_only, leaving, remove};
+pub use insertion::{Passed, ids, keep_only, pass_boundaries};
 use nalgebra::Vector3;
 use sides::boundary;
 use std::f64::consts::TAU;
@@ -321,6 +321,12 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// When a body is outside the box, or the state is another case's.
     pub fn resume(&mut self) -> Result<()> {
+        self.resume_after(None)
+    }
+
+    /// As [`Scene::resume`]; the method takes over what it can use of the one `before`, which went
+    /// on with some of these bodies. Collective.
+    fn resume_after(&mut self, before: Option<Box<dyn Method<D>>>) -> Result<()> {
         let Scene { domain, state, method, .. } = self;
         let size: [f64; 3] =
             std::array::from_fn(|a| domain.grid.size.get(a).copied().unwrap_or(f64::INFINITY));
@@ -336,7 +342,7 @@ impl<const D: usize> Scene<D> {
         domain.boundaries.set_backflow_pressure(domain.fluid.density, &state.faces, &mut state.p);
         domain.boundaries.fill_pressure(&mut state.p)?;
         domain.take_forces(&state.u, state.time);
-        method.resume(domain, state)?;
+        method.resume(domain, state, before)?;
         domain.clock = Default::default();
         Ok(())
     }

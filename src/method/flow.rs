@@ -100,7 +100,12 @@ impl<const D: usize> Method<D> for Flow<D> {
         self.start_pressure(domain, s)
     }
 
-    fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+    fn resume(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        _: Option<Box<dyn Method<D>>>,
+    ) -> Result<()> {
         domain.projection.assemble(&domain.grid, &self.beta)?;
         self.find_acceleration(domain, s);
         Ok(())

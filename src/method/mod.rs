@@ -56,11 +56,17 @@ pub trait Method<const D: usize>: Any {
     /// When the first projection fails.
     fn start(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()>;
 
-    /// Finds what follows from a state, its ghosts filled. Collective.
+    /// Finds what follows from a state, its ghosts filled; of the method `before`, if there was one
+    /// up to this state, it may take over what belongs to bodies that both have. Collective.
     ///
     /// # Errors
     /// When the state is another case's.
-    fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()>;
+    fn resume(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        before: Option<Box<dyn Method<D>>>,
+    ) -> Result<()>;
 
     /// Finds the acceleration by a pressure whose ghosts have changed.
     fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>);

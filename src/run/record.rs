@@ -3,7 +3,7 @@
 
 use super::measures::Measures;
 use super::schedule::Schedule;
-use super::stepper::{Passed, StepOutcome, Stepper};
+use super::stepper::{StepOutcome, Stepper};
 use crate::Result;
 use crate::archive::{Archive, Checkpointed};
 use crate::clock::Stage;
@@ -13,6 +13,7 @@ use crate::output::progress::Progress;
 use crate::output::{Folder, Log, Marks, StepRow, fields_file, snapshot};
 use crate::particles::{Body, Motion, by_number};
 use crate::petsc::Session;
+use crate::scene::Passed;
 use crate::scene::Scene;
 use crate::state::State;
 use mics_run::progress::Record;

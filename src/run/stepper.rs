@@ -4,16 +4,14 @@
 use super::energy_bound;
 use super::schedule::Schedule;
 use crate::clock::Stage;
-use crate::config::{Case, Removed};
-use crate::particles::{Body, nearest_image};
+use crate::config::Case;
 use crate::poisson::pressure::Projected;
-use crate::scene::{self, Scene};
+use crate::scene::{self, Passed, Scene};
 use crate::scheme::Limits;
 use crate::state::State;
 use crate::step_size::choose_step;
 use crate::{Error, Result};
 use mics_run::progress::Record;
-use nalgebra::Vector3;
 use std::io::Write;
 
 /// The scene of a case on its way to the end of the run.
@@ -62,35 +60,6 @@ pub(super) struct Planned {
     cfl: f64,
 }
 
-/// Bodies that passed the boundaries between two steps.
-#[derive(Default)]
-pub(super) struct Passed {
-    /// Their passages, in order.
-    pub passages: Vec<Passage>,
-    /// Whether one came in, or came in again.
-    pub came: bool,
-    /// A body at an outflow, where the case wants the run to end there.
-    pub last: Option<usize>,
-}
-
-impl Passed {
-    /// Why the run ends at `time` (s), where it does.
-    pub fn ending(&self, time: f64) -> Option<String> {
-        let id = self.last?;
-        Some(format!(
-            "particle {id} has reached an outflow at t = {time:.6} s: the run ends here, as \
-            output.removed = \"stop\" says"
-        ))
-    }
-}
-
-/// A body that has left, has come in again, or has come in.
-pub(super) struct Passage {
-    pub body: Body,
-    /// The word of `passages.csv`.
-    pub what: &'static str,
-}
-
 impl<'a, const D: usize> Stepper<'a, D> {
     /// Begins with the scene as it is.
     pub fn new(case: &'a Case, scene: Scene<D>) -> Stepper<'a, D> {
@@ -130,59 +99,10 @@ impl<'a, const D: usize> Stepper<'a, D> {
     /// one, `dt` (s), and lets those in that wait for it. None passes before the first step, nor
     /// after the last one: a run ends with the bodies of its last rows. Collective.
     pub fn pass_boundaries(&mut self, dt: Option<f64>) -> Result<Passed> {
-        let mut passed = Passed::default();
-        let Some(dt) = dt else { return Ok(passed) };
-        self.let_out(dt, &mut passed)?;
-        if passed.last.is_none() {
-            let entered = scene::admit(&mut self.scene, self.case)?.into_iter();
-            passed.came |= entered.len() > 0;
-            passed.passages.extend(entered.map(|body| Passage { body, what: "entered" }));
-        }
-        Ok(passed)
-    }
-
-    fn let_out(&mut self, dt: f64, passed: &mut Passed) -> Result<()> {
-        // Each returns once: the fluid may carry it out at the other side of the box at once.
-        let mut returned = Vec::new();
-        while let Some((k, axis)) = scene::leaving(&self.scene, dt, &returned) {
-            let body = &self.scene.state.bodies[k];
-            let id = body.id;
-            let centre = match self.case.output.removed {
-                Removed::Stop => {
-                    passed.last = Some(id);
-                    return Ok(());
-                }
-                Removed::Return => self.entrance(body, axis),
-                _ => None,
-            };
-            passed.passages.push(match centre {
-                Some(centre) => {
-                    returned.push(id);
-                    passed.came = true;
-                    scene::bring(&mut self.scene, self.case, k, centre)?;
-                    Passage { body: self.scene.state.bodies[k].clone(), what: "returned" }
-                }
-                None => {
-                    Passage { body: scene::remove(&mut self.scene, self.case, k)?, what: "left" }
-                }
-            });
-        }
-        Ok(())
-    }
-
-    /// Where a body comes in again that goes out along an axis (m); `None` where another one is in
-    /// its way.
-    fn entrance(&self, body: &Body, axis: usize) -> Option<Vector3<f64>> {
-        let domain = &self.scene.domain;
-        let mut centre = body.centre;
-        let far = domain.grid.size[axis];
-        let extent = body.reach()[axis];
-        centre[axis] = if body.centre[axis] > 0.5 * far { extent } else { far - extent };
-        let clear = |other: &Body| {
-            let apart = nearest_image(&other.centre, &centre, &domain.periods()).norm();
-            other.id == body.id || apart >= body.radius() + other.radius()
-        };
-        self.scene.state.bodies.iter().all(clear).then_some(centre)
+        dt.map_or_else(
+            || Ok(Passed::default()),
+            |dt| scene::pass_boundaries(&mut self.scene, self.case, dt),
+        )
     }
 
     /// Plans a step by the last one (s), if there was one that says something of the next.

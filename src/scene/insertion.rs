@@ -1,14 +1,14 @@
 //! Bodies that leave the box or come into it: their history goes or begins, that of the others
-//! stays, and the method is made anew for those that are there.
+//! stays, and the method goes on with those that are there.
 
 use super::{Scene, build};
-use crate::config::{Case, Enter, Region};
+use crate::config::{Case, Enter, Region, Removed};
 use crate::geometry::{Block, images};
 use crate::grid::BoundaryKind;
 use crate::method::energy;
 use crate::particles::{Body, Motion, nearest_image};
 use crate::sharing::Sharing;
-use crate::state::{BodyHistory, Exchange};
+use crate::state::{BodyHistory, Exchange, State};
 use crate::{Error, Result};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
@@ -18,10 +18,94 @@ use std::collections::HashMap;
 /// Random places that a body tries in a step before it waits for the next one.
 const TRIES: usize = 200;
 
+/// Bodies that passed the boundaries between two steps.
+#[derive(Default)]
+pub struct Passed {
+    /// Their passages, in order.
+    pub passages: Vec<Passage>,
+    /// Whether one came in, or came in again.
+    pub came: bool,
+    /// A body at an outflow, where the case wants the run to end there.
+    pub last: Option<usize>,
+}
+
+impl Passed {
+    /// Why the run ends at `time` (s), where it does.
+    pub fn ending(&self, time: f64) -> Option<String> {
+        let id = self.last?;
+        Some(format!(
+            "particle {id} has reached an outflow at t = {time:.6} s: the run ends here, as \
+            output.removed = \"stop\" says"
+        ))
+    }
+}
+
+/// A body that has left, has come in again, or has come in.
+pub struct Passage {
+    /// The body, as it passed.
+    pub body: Body,
+    /// The word of `passages.csv`.
+    pub what: &'static str,
+}
+
+/// Takes the bodies out that would reach an outflow in a step about as long as `dt` (s), and lets
+/// those in whose time has come and for which there is a free place. The momentum and energy of
+/// bodies that leave are counted as the boundary's. Places follow from seed, step and number alone.
+/// Collective.
+///
+/// # Errors
+/// When a body waits that the case has not, or the method cannot go on with those that are there.
+pub fn pass_boundaries<const D: usize>(
+    scene: &mut Scene<D>,
+    case: &Case,
+    dt: f64,
+) -> Result<Passed> {
+    let mut passed = Passed::default();
+    let mut new = Vec::new();
+    let_out(scene, case, dt, &mut passed, &mut new);
+    if passed.last.is_none() {
+        admit(scene, case, &mut passed, &mut new)?;
+    }
+    passed.came = !new.is_empty();
+    if !passed.passages.is_empty() {
+        go_on(scene, case, &new)?;
+    }
+    Ok(passed)
+}
+
+/// Lets the bodies at outflows out, or in again at the other end: the numbers of these are `new`.
+fn let_out<const D: usize>(
+    scene: &mut Scene<D>,
+    case: &Case,
+    dt: f64,
+    passed: &mut Passed,
+    new: &mut Vec<usize>,
+) {
+    // Each returns once: the fluid may carry it out at the other side of the box at once.
+    while let Some((k, axis)) = leaving(scene, dt, new) {
+        let body = &scene.state.bodies[k];
+        let place = match case.output.removed {
+            Removed::Stop => {
+                passed.last = Some(body.id);
+                return;
+            }
+            Removed::Return => other_end(scene, body, axis),
+            _ => None,
+        };
+        passed.passages.push(match place {
+            Some(place) => {
+                new.push(body.id);
+                Passage { body: bring(&mut scene.state, k, place), what: "returned" }
+            }
+            None => Passage { body: remove(&mut scene.state, k), what: "left" },
+        });
+    }
+}
+
 /// The place in the list of the first free body whose surface may reach an outflow within a step as
 /// long as `dt` (s), and the axis; bodies whose numbers are in `but` do not count. No body reaches
 /// through an outflow: the fluid's force on the part outside would be missing.
-pub fn leaving<const D: usize>(scene: &Scene<D>, dt: f64, but: &[usize]) -> Option<(usize, usize)> {
+fn leaving<const D: usize>(scene: &Scene<D>, dt: f64, but: &[usize]) -> Option<(usize, usize)> {
     let grid = &scene.domain.grid;
     let kinds = &scene.domain.boundaries.kinds;
     let open = |axis: usize, side: usize| matches!(kinds[axis][side], Some(BoundaryKind::Outflow));
@@ -39,17 +123,22 @@ pub fn leaving<const D: usize>(scene: &Scene<D>, dt: f64, but: &[usize]) -> Opti
         .find_map(|(k, body, axis)| leaves(body, axis).then_some((k, axis)))
 }
 
-/// Takes the body at the place `k` of the list out of the box. Its momentum and energy are counted
-/// as the boundary's. Collective.
-///
-/// # Errors
-/// When the method cannot be made for the others.
-pub fn remove<const D: usize>(scene: &mut Scene<D>, case: &Case, k: usize) -> Result<Body> {
-    if k >= scene.state.bodies.len() {
-        return Err(Error::Run(format!("there is no body {k} to be removed")));
-    }
-    let s = &mut scene.state;
-    let gone = s.bodies.remove(k);
+/// Where a body comes in again that goes out along an axis (m); `None` where another one is in its
+/// way.
+fn other_end<const D: usize>(scene: &Scene<D>, body: &Body, axis: usize) -> Option<Vector3<f64>> {
+    let mut place = body.centre;
+    let far = scene.domain.grid.size[axis];
+    let extent = body.reach()[axis];
+    place[axis] = if body.centre[axis] > 0.5 * far { extent } else { far - extent };
+    let clear = |other: &Body| {
+        let apart = nearest_image(&other.centre, &place, &scene.domain.periods()).norm();
+        other.id == body.id || apart >= body.radius() + other.radius()
+    };
+    scene.state.bodies.iter().all(clear).then_some(place)
+}
+
+/// Takes the body at the place `k` of the list out of the box.
+fn remove<const D: usize>(s: &mut State<D>, k: usize) -> Body {
     s.exchange.remove(k);
     if let Some(walls) = &mut s.surfaces {
         walls.bodies.remove(k);
@@ -60,35 +149,27 @@ pub fn remove<const D: usize>(scene: &mut Scene<D>, case: &Case, k: usize) -> Re
         *first -= usize::from(*first > k);
         *second -= usize::from(*second > k);
     }
-    remake(scene, case, &[])?;
-    Ok(gone)
+    s.bodies.remove(k)
 }
 
-/// Brings the body at the place `k` of the list to another place (m), at the velocity that it
-/// has. Collective.
-///
-/// # Errors
-/// As [`remove`].
-pub fn bring<const D: usize>(
-    scene: &mut Scene<D>,
-    case: &Case,
-    k: usize,
-    centre: Vector3<f64>,
-) -> Result<()> {
-    scene.state.bodies[k].centre = centre;
-    scene.state.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
-    let id = scene.state.bodies[k].id;
-    remake(scene, case, &[id])
+/// Brings the body at the place `k` of the list to another place (m), at the velocity that it has.
+fn bring<const D: usize>(s: &mut State<D>, k: usize, place: Vector3<f64>) -> Body {
+    s.bodies[k].centre = place;
+    if let Some(walls) = &mut s.surfaces {
+        walls.bodies[k].cut_at = None;
+    }
+    s.touching.springs.retain(|(first, second, _)| *first != k && *second != k);
+    s.bodies[k].clone()
 }
 
 /// Lets those of the waiting bodies come in whose time has come and for which there is a free
-/// place, and returns them as they come. Places follow from seed, step and number alone.
-/// Collective.
-///
-/// # Errors
-/// As [`remove`].
-pub fn admit<const D: usize>(scene: &mut Scene<D>, case: &Case) -> Result<Vec<Body>> {
-    let mut came: Vec<Body> = Vec::new();
+/// place: their numbers are `new`. Collective.
+fn admit<const D: usize>(
+    scene: &mut Scene<D>,
+    case: &Case,
+    passed: &mut Passed,
+    new: &mut Vec<usize>,
+) -> Result<()> {
     // Where a body has found no place, none that is as large tries in this step.
     let mut full: Vec<(&Region, f64, f64)> = Vec::new();
     for n in 0..scene.state.waiting.len() {
@@ -131,15 +212,11 @@ pub fn admit<const D: usize>(scene: &mut Scene<D>, case: &Case) -> Result<Vec<Bo
             *first += usize::from(*first >= k);
             *second += usize::from(*second >= k);
         }
-        came.push(body);
+        new.push(id);
+        passed.passages.push(Passage { body, what: "entered" });
     }
-    if came.is_empty() {
-        return Ok(came);
-    }
-    let ids: Vec<usize> = came.iter().map(|body| body.id).collect();
-    scene.state.waiting.retain(|id| !ids.contains(&(*id as usize)));
-    remake(scene, case, &ids)?;
-    Ok(came)
+    scene.state.waiting.retain(|id| !new.contains(&(*id as usize)));
+    Ok(())
 }
 
 /// A place (m) at which a body of this radius (m) comes in by its entrance (by axis: from, and
@@ -192,14 +269,15 @@ fn mean_velocity<const D: usize>(scene: &Scene<D>, body: &Body) -> Result<Vector
     Ok(Vector3::new(sums[0], sums[1], sums[2]) / sums[3].max(1.0))
 }
 
-/// Makes the method anew for the present bodies, of which these are `new` at their places, and the
-/// balance and the budget with it. Collective.
-fn remake<const D: usize>(scene: &mut Scene<D>, case: &Case, new: &[usize]) -> Result<()> {
+/// Goes on with the present bodies, of which these are `new` at their places, and with the balance
+/// and the budget of what is there. Collective.
+fn go_on<const D: usize>(scene: &mut Scene<D>, case: &Case, new: &[usize]) -> Result<()> {
     let clock = scene.domain.clock.clone();
-    scene.method = build::method(&scene.domain, case, &scene.state.bodies, scene.impact);
+    let method = build::method(&scene.domain, case, &scene.state.bodies, scene.impact);
+    let before = std::mem::replace(&mut scene.method, method);
     // A method without free bodies would keep the modes of those that have left.
     scene.domain.projection.set_modes(&[], &[], &[], &Sharing::default())?;
-    scene.resume()?;
+    scene.resume_after(Some(before))?;
     scene.domain.clock = clock;
     scene.method.impose_inserted(&mut scene.domain, &mut scene.state, new)?;
     scene.method.begin_bodies(&mut scene.domain, &mut scene.state, new)?;

@@ -1,9 +1,10 @@
 //! State that lasts from step to step: a scene that is written and read goes on bit for bit.
 
+use crate::passage::fed;
 use crate::restart::{STREAM, discs};
 use crate::support::{PERIODIC, Petsc, SHARP, box_case, case, petsc};
 use mics::archive::Archive;
-use mics::scene::Scene;
+use mics::scene::{Scene, pass_boundaries};
 
 /// Lasting state of a scene, as a checkpoint has it.
 fn recorded<const D: usize>(petsc: &Petsc, scene: &mut Scene<D>) -> Vec<u8> {
@@ -174,5 +175,35 @@ fn restart_in_3d_is_bitwise_identical() {
             sphere([0.705, 0.42, 0.38], [-0.5, 0.1, 0.0]),
         );
         expect_to_go_on::<3>(&petsc, &text, 4e-3, true);
+    }
+}
+
+/// The method goes on with what it has of the bodies that neither pass a boundary nor lie near to
+/// one that does: as if all were cut anew.
+#[test]
+fn passing_bodies_change_nothing_of_others_that_is_not_found_anew() {
+    let petsc = petsc();
+    let sill = "[[obstacle]]\npolygon = { points = [[1.0, 0.0], [1.4, 0.0], [1.2, 0.2]] }\n";
+    for removed in ["log", "return"] {
+        let text = fed("end = 2.5", &format!("{SHARP}{sill}"))
+            .replace("rate = 8.0", "rate = 40.0")
+            .replace("figures = false", &format!("figures = false\nremoved = \"{removed}\""));
+        let case = case(&text);
+        let mut scenes: [Scene<2>; 2] = [petsc.scene(&text), petsc.scene(&text)];
+        let mut told = Vec::new();
+        for k in 0..220 {
+            let [passed, _] = scenes.each_mut().map(|scene| {
+                let passed = pass_boundaries(scene, &case, 0.01).unwrap();
+                scene.step(0.01).unwrap();
+                passed.passages
+            });
+            told.extend(passed.iter().map(|passage| passage.what));
+            scenes[1].renew(&case).unwrap();
+            let [taken, anew] = scenes.each_mut().map(|scene| recorded(&petsc, scene));
+            assert!(taken == anew, "step {k}, {removed}: {told:?}");
+        }
+        let count = |what: &str| told.iter().filter(|told| **told == what).count();
+        let out = if removed == "return" { "returned" } else { "left" };
+        assert!(count("entered") == 12 && count(out) > 3, "{removed}: {told:?}");
     }
 }

@@ -132,13 +132,18 @@ impl<const D: usize> Method<D> for MixtureMethod<D> {
         domain.boundaries.fill_velocity(&mut s.u)
     }
 
-    fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+    fn resume(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        _: Option<Box<dyn Method<D>>>,
+    ) -> Result<()> {
         if let Some(contacts) = &self.contacts {
             contacts.setup().check(&s.touching)?;
         }
         self.find_overlaps(domain, s, |_| true);
         self.mix_fields(domain, s)?;
-        self.flow.resume(domain, s)
+        self.flow.resume(domain, s, None)
     }
 
     fn find_acceleration(&mut self, domain: &Domain<D>, s: &State<D>) {

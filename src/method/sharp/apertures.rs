@@ -33,9 +33,14 @@ pub struct CoveredTogether {
 }
 
 impl CoveredTogether {
-    /// Room for the faces of a grid, of which bodies share so many.
-    pub fn new<const D: usize>(grid: &Grid<D>, shared: usize) -> CoveredTogether {
-        CoveredTogether { total: grid.field(), shared: Vec::with_capacity(shared) }
+    /// Room for the faces of a grid.
+    pub fn new<const D: usize>(grid: &Grid<D>) -> CoveredTogether {
+        CoveredTogether { total: grid.field(), shared: Vec::new() }
+    }
+
+    /// Makes room for so many faces that bodies share.
+    pub fn reserve(&mut self, shared: usize) {
+        self.shared.reserve(shared.saturating_sub(self.shared.len()));
     }
 
     /// Sets `beta = H/rho` on all faces that bodies cover and brings the covered parts into line

@@ -1,7 +1,7 @@
 //! All bodies on the grid: what they cover of the faces, and the velocity inside them.
 
 use super::apertures::CoveredTogether;
-use super::cut_body::{BEYOND, CutBody, GhostCell, GhostCells};
+use super::cut_body::{BEYOND, CutBody, GhostCell, GhostCells, KnownSurfaces};
 use super::gap::{self, Profiles, Surroundings, smooth_step};
 use super::ghost_width;
 use super::local::LocalBodies;
@@ -60,7 +60,7 @@ pub(super) struct Rebuilding<const D: usize> {
 }
 
 impl<const D: usize> CutBodies<D> {
-    /// Room for all that bodies can cut of the grid of a domain. [`CutBodies::settle`] comes next.
+    /// The bodies in the fluid of a domain. [`CutBodies::settle`] cuts them.
     pub fn new(domain: &Domain<D>, bodies: &[Body]) -> CutBodies<D> {
         let grid = &domain.grid;
         let periods = domain.periods();
@@ -68,17 +68,9 @@ impl<const D: usize> CutBodies<D> {
         let size = std::array::from_fn(|a| if a < D { grid.size[a] } else { 1.0 });
         let rank = domain.session.rank();
         let ranks = domain.session.size();
-        let cut = if ranks > 1 {
-            LocalBodies::none(grid, bodies.len())
-        } else {
-            LocalBodies::all(grid, CutBody::all(grid, bodies, h))
-        };
-        let faces: usize = cut.iter().map(|cut| cut.faces.cuts[0].capacity()).sum();
-        let most = cut.iter().map(|cut| cut.faces.cuts[0].capacity()).max().unwrap_or(0);
-        let shared = cut.iter().map(|cut| cut.ghosts.shared.capacity()).sum();
         let open = vec![1.0 / domain.fluid.density; grid.field().len()];
         CutBodies {
-            bodies: cut,
+            bodies: LocalBodies::none(grid, bodies.len()),
             reach: BodyRanks::new(rank, ranks, bodies.len()),
             beta: FaceCoefficient::Field(std::array::from_fn(|_| open.clone())),
             near: NearBodies::new(
@@ -92,14 +84,14 @@ impl<const D: usize> CutBodies<D> {
             joined: joined(bodies),
             places: CutPlaces::new(bodies, h),
             friction: 0.0,
-            shared: SharedCells::with_capacity(shared),
+            shared: SharedCells::default(),
             rebuilding: Rebuilding {
                 beside: Vec::with_capacity(16),
                 planes: std::array::from_fn(|_| Vec::new()),
-                arms: std::array::from_fn(|_| Vec::with_capacity(most)),
+                arms: std::array::from_fn(|_| Vec::new()),
             },
-            covered: CoveredTogether::new(grid, faces / 4),
-            corrections_before: Vec::with_capacity(2 * D * faces),
+            covered: CoveredTogether::new(grid),
+            corrections_before: Vec::new(),
             h,
         }
     }
@@ -110,12 +102,38 @@ impl<const D: usize> CutBodies<D> {
     }
 
     /// Cuts the bodies as if they had lain there always: where they were cut by these histories,
-    /// and where they lie if they have none.
-    pub fn settle(&mut self, domain: &Domain<D>, bodies: &[Body], histories: &[BodyHistory]) {
+    /// and where they lie if they have none. What stays of the bodies `before` is not cut anew.
+    pub fn settle(
+        &mut self,
+        domain: &Domain<D>,
+        bodies: &[Body],
+        histories: &[BodyHistory],
+        before: Option<CutBodies<D>>,
+    ) {
         self.places.settle(bodies, histories);
-        self.rebuild(domain);
+        // Where no body moves, profiles are others.
+        let fixed = |cut: &CutBodies<D>| all_fixed(&cut.places.bodies);
+        let before = before.filter(|before| fixed(before) == fixed(self));
+        let again = before.map_or_else(Vec::new, |before| self.take_over(before));
+        self.rebuild(domain, &again);
+        self.make_room();
         self.rub(domain, f64::INFINITY);
         self.places.recall(histories);
+    }
+
+    /// Takes over how bodies are cut that were among those `before`, in the same place and beside
+    /// the same ones. Returns the numbers of those among them that are cut anew all the same: they
+    /// have just left cells that others may be near to.
+    fn take_over(&mut self, before: CutBodies<D>) -> Vec<usize> {
+        let found = self.places.find(&before.places);
+        let stays = |(old, near): (usize, &Vec<usize>)| {
+            found[old].filter(|_| near.iter().all(|j| found[*j].is_some()))
+        };
+        let kept: Vec<Option<usize>> = before.near.near.iter().enumerate().map(stays).collect();
+        self.bodies.take_over(before.bodies, &kept);
+        let kept = kept.into_iter().flatten();
+        kept.clone().for_each(|k| self.places.stirred[k] = false);
+        kept.filter(|k| self.bodies[*k].has_left_shared_cells()).collect()
     }
 
     /// Cuts the bodies anew that have moved since they were cut last, for a step of `dt` (s).
@@ -123,17 +141,18 @@ impl<const D: usize> CutBodies<D> {
     pub fn rebuild_moved(&mut self, domain: &Domain<D>, bodies: &[Body], dt: f64) -> bool {
         let any = self.places.follow(bodies, &domain.periods());
         if any {
-            self.rebuild(domain);
+            self.rebuild(domain, &[]);
         }
         self.rub(domain, dt);
         any
     }
 
     /// Cuts the bodies anew that are stirred, and those that such were or are near to, whose image
-    /// points that changes.
-    fn rebuild(&mut self, domain: &Domain<D>) {
+    /// points that changes; and, where they are, those of the numbers `again`.
+    fn rebuild(&mut self, domain: &Domain<D>, again: &[usize]) {
         self.uncover_faces(domain);
         self.near.find(&self.places.bodies, &self.places.stirred);
+        again.iter().for_each(|k| self.near.restless[*k] = true);
         self.places.stay(&self.near.restless);
         self.find_reach(domain);
         let grid = &domain.grid;
@@ -198,7 +217,22 @@ impl<const D: usize> CutBodies<D> {
             let bounds = body.reach().sup(&shape.turned(&moved[k].orientation).bounds());
             bounds.add_scalar(moved[k].displacement.norm().max(tight) + BEYOND * *h)
         });
-        self.bodies.keep(&domain.grid, self.reach.here());
+        let grid = &domain.grid;
+        let mut surfaces = KnownSurfaces::default();
+        self.bodies.keep(grid, self.reach.here(), |k| match self.reach.is_alone() {
+            true => CutBody::new(grid, &bodies[k], &mut surfaces, *h),
+            false => CutBody::elsewhere(grid),
+        });
+    }
+
+    /// Makes room for what steps keep of all bodies.
+    fn make_room(&mut self) {
+        let room = |cut: &CutBody<D>| cut.faces.cuts[0].capacity();
+        let faces: usize = self.bodies.iter().map(room).sum();
+        let shared = self.bodies.iter().map(|cut| cut.ghosts.shared.capacity()).sum();
+        self.shared.reserve(shared);
+        self.covered.reserve(faces / 4);
+        self.corrections_before.reserve(2 * D * faces);
     }
 
     /// Sets the apertures of all faces to one that the bodies cover.

@@ -247,35 +247,29 @@ impl SurfaceReadings {
     }
 }
 
-impl<const D: usize> CutBody<D> {
-    /// The cut bodies of all bodies, on one rank.
-    pub fn all(grid: &Grid<D>, bodies: &[Body], h: f64) -> Vec<CutBody<D>> {
-        let mut known: Vec<(f64, Arc<[SurfacePoint]>)> = Vec::new();
-        let points = |body: &Body| {
-            let Some(radius) = neighbour::round(body) else {
-                return body.shape().surface(h).into();
-            };
-            if let Some((_, points)) = known.iter().find(|(other, _)| *other == radius) {
-                return points.clone();
-            }
-            let points: Arc<[_]> = body.shape().surface(h).into();
-            known.push((radius, points.clone()));
-            points
-        };
-        let points: Vec<_> = bodies.iter().map(points).collect();
-        let all = bodies.iter().zip(points);
-        all.map(|(body, points)| CutBody::new(grid, body.shape(), points, h)).collect()
-    }
+/// The points on the surfaces of round bodies, by their radii (m): one list for all of a radius.
+#[derive(Default)]
+pub struct KnownSurfaces(Vec<(f64, Arc<[SurfacePoint]>)>);
 
-    /// One with room for all that a body can touch, with these points on its surface, its image
-    /// points counting in spacings of `h` (m). Of several ranks a body touches few: there it takes
-    /// room as it comes.
-    fn new(
-        grid: &Grid<D>,
-        shape: &dyn Shape,
-        quadrature_points: Arc<[SurfacePoint]>,
-        h: f64,
-    ) -> CutBody<D> {
+impl KnownSurfaces {
+    /// The points on a body's surface, about two a spacing `h` (m).
+    fn of(&mut self, body: &Body, h: f64) -> Arc<[SurfacePoint]> {
+        let round = neighbour::round(body);
+        if let Some((_, points)) = self.0.iter().find(|(other, _)| Some(*other) == round) {
+            return points.clone();
+        }
+        let points: Arc<[_]> = body.shape().surface(h).into();
+        self.0.extend(round.map(|radius| (radius, points.clone())));
+        points
+    }
+}
+
+impl<const D: usize> CutBody<D> {
+    /// One with room for all that a body can touch, its image points counting in spacings of `h`
+    /// (m). Of several ranks a body touches few: there it takes room as it comes.
+    pub fn new(grid: &Grid<D>, body: &Body, surfaces: &mut KnownSurfaces, h: f64) -> CutBody<D> {
+        let shape = body.shape();
+        let quadrature_points = surfaces.of(body, h);
         if shape.is_obstacle() {
             // It takes the room that it needs when it is first built.
             let surface = SurfaceReadings::new(quadrature_points);
@@ -315,6 +309,11 @@ impl<const D: usize> CutBody<D> {
     /// Whether it has to be built, having just come, or has nothing here.
     pub fn is_empty(&self) -> bool {
         self.surface.quadrature_points.is_empty()
+    }
+
+    /// Whether it has just left cells that other bodies or surfaces may be near to.
+    pub fn has_left_shared_cells(&self) -> bool {
+        self.has_neighbours && self.ghosts.cells.iter().any(|ghost| ghost.cleared)
     }
 
     /// The faces along `axis` that it covers.

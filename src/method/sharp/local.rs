@@ -30,15 +30,14 @@ impl<const D: usize> LocalBodies<D> {
         }
     }
 
-    /// All bodies, of one rank.
-    pub fn all(grid: &Grid<D>, bodies: Vec<CutBody<D>>) -> LocalBodies<D> {
-        let numbers: Vec<u32> = (0..bodies.len() as u32).collect();
-        LocalBodies { bodies, places: numbers.clone(), numbers, nothing: CutBody::elsewhere(grid) }
-    }
-
-    /// Keeps those of the given numbers, which ascend, and makes room for those that come: only
-    /// where some come or go does this allocate.
-    pub fn keep(&mut self, grid: &Grid<D>, here: impl ExactSizeIterator<Item = usize> + Clone) {
+    /// Keeps those of the given numbers, which ascend, and makes those that come: only where some
+    /// come or go does this allocate.
+    pub fn keep(
+        &mut self,
+        grid: &Grid<D>,
+        here: impl ExactSizeIterator<Item = usize> + Clone,
+        mut make: impl FnMut(usize) -> CutBody<D>,
+    ) {
         if here.clone().eq(self.numbers.iter().map(|k| *k as usize)) {
             return;
         }
@@ -46,15 +45,28 @@ impl<const D: usize> LocalBodies<D> {
         self.bodies.reserve(here.len());
         for k in here.clone() {
             let kept = old.get_mut(self.places[k] as usize);
-            self.bodies.push(kept.map_or_else(
-                || CutBody::elsewhere(grid),
-                |kept| std::mem::replace(kept, CutBody::elsewhere(grid)),
-            ));
+            self.bodies.push(
+                kept.map_or_else(
+                    || make(k),
+                    |kept| std::mem::replace(kept, CutBody::elsewhere(grid)),
+                ),
+            );
         }
         self.numbers.iter().for_each(|k| self.places[*k as usize] = NOWHERE);
         self.numbers.clear();
         self.numbers.extend(here.map(|k| k as u32));
         (0..).zip(&self.numbers).for_each(|(place, k)| self.places[*k as usize] = place);
+    }
+
+    /// Takes cut bodies over from other ones, where there are none yet: for each of all ranks, by its
+    /// number there, its number here, if it is taken.
+    pub fn take_over(&mut self, others: LocalBodies<D>, numbers: &[Option<usize>]) {
+        for (k, cut) in others.numbers.iter().zip(others.bodies) {
+            let Some(k) = numbers[*k as usize] else { continue };
+            self.places[k] = self.bodies.len() as u32;
+            self.numbers.push(k as u32);
+            self.bodies.push(cut);
+        }
     }
 
     /// Number of bodies on all ranks.

@@ -119,6 +119,7 @@ pub use gap::reach as gap_reach;
 use modes::Modes;
 use pressure_step::PressureStep;
 use rigid::RigidStep;
+use std::any::Any;
 use step_numbers::{FaceWeights, StepNumbers};
 use surfaces::Surfaces;
 
@@ -180,7 +181,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
             .as_ref()
             .map_or_else(Default::default, |contacts| contacts.untouched());
         s.surfaces = Some(SurfaceHistory::new(&domain.grid, s.bodies.len()));
-        self.settle(domain, &s.bodies, &[])?;
+        self.settle(domain, &s.bodies, &[], None)?;
         self.acceleration.clear();
         self.set_ghost_cells(domain, &s.bodies, &mut s.u)?;
         face_correction::interpolate(
@@ -208,13 +209,24 @@ impl<const D: usize> Method<D> for Sharp<D> {
         Ok(())
     }
 
-    fn resume(&mut self, domain: &mut Domain<D>, s: &mut State<D>) -> Result<()> {
+    fn resume(
+        &mut self,
+        domain: &mut Domain<D>,
+        s: &mut State<D>,
+        before: Option<Box<dyn Method<D>>>,
+    ) -> Result<()> {
+        let before = before.and_then(|before| (before as Box<dyn Any>).downcast().ok());
         if let Some(contacts) = &self.rigid.contacts {
             contacts.setup().check(&s.touching)?;
         }
         // Ghosts depend on which boundaries bodies are near to.
         let surfaces = SurfaceHistory::of(&mut s.surfaces)?;
-        self.settle(domain, &s.bodies, &surfaces.bodies)?;
+        self.settle(
+            domain,
+            &s.bodies,
+            &surfaces.bodies,
+            before.map(|before: Box<Self>| before.cut),
+        )?;
         domain.boundaries.fill_velocity(&mut s.u)?;
         surfaces.before_forcing.reserve(self.cut.most_ghost_cells());
         self.acceleration.of_pressure(domain, &mut self.cut, &s.bodies, &s.p, s.drive);
@@ -238,7 +250,7 @@ impl<const D: usize> Method<D> for Sharp<D> {
     }
 
     fn place(&mut self, domain: &Domain<D>, s: &State<D>) {
-        self.cut.settle(domain, &s.bodies, &[]);
+        self.cut.settle(domain, &s.bodies, &[], None);
     }
 
     fn contacts(&self) -> Option<&Contacts> {
@@ -313,7 +325,7 @@ impl<const D: usize> Sharp<D> {
         Sharp {
             mixture,
             acceleration: PressureAcceleration::new(&domain.grid),
-            modes: Modes::new(bodies, &cut),
+            modes: Modes::new(bodies),
             rigid: RigidStep::new(bodies, contacts, prediction.keeps_momentum()),
             prediction,
             cut,
@@ -517,8 +529,10 @@ impl<const D: usize> Sharp<D> {
         domain: &mut Domain<D>,
         bodies: &[Body],
         histories: &[BodyHistory],
+        before: Option<CutBodies<D>>,
     ) -> Result<()> {
-        self.cut.settle(domain, bodies, histories);
+        self.cut.settle(domain, bodies, histories, before);
+        self.modes.make_room(&self.cut);
         boundaries::straighten_boundaries(&self.cut, domain, bodies);
         boundaries::cover_boundaries(&self.cut, domain);
         self.set_ghost_layers(domain, bodies);

@@ -21,23 +21,23 @@ pub struct Modes {
 }
 
 impl Modes {
-    /// Room for those of the bodies.
-    pub fn new<const D: usize>(bodies: &[Body], cut: &CutBodies<D>) -> Modes {
-        let n = bodies.len();
-        let oblong: Vec<u32> =
-            (0..n as u32).filter(|k| !bodies[*k as usize].shape().is_round()).collect();
+    /// Those of the bodies.
+    pub fn new(bodies: &[Body]) -> Modes {
+        let oblong =
+            (0..bodies.len() as u32).filter(|k| !bodies[*k as usize].shape().is_round()).collect();
+        Modes { weights: Vec::new(), entries: Vec::new(), oblong }
+    }
+
+    /// Makes room for what steps find of the cut bodies.
+    pub fn make_room<const D: usize>(&mut self, cut: &CutBodies<D>) {
+        let n = cut.bodies.count();
         let room = |k: usize| cut.bodies[k].faces.cuts[0].capacity();
         let faces: usize = (0..n).map(room).sum();
-        let turning: usize = oblong.iter().map(|k| room(*k as usize)).sum();
-        Modes {
-            weights: Vec::with_capacity((n + oblong.len()) * D),
-            entries: Vec::with_capacity(2 * D * faces + D * D * turning),
-            oblong,
-        }
+        let turning: usize = self.oblong.iter().map(|k| room(*k as usize)).sum();
+        self.weights.reserve((n + self.oblong.len()) * D);
+        self.entries.reserve(2 * D * faces + D * D * turning);
     }
-}
 
-impl Modes {
     /// Bodies that are not round.
     pub fn oblong(&self) -> &[u32] {
         &self.oblong

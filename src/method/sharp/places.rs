@@ -11,6 +11,7 @@ use super::seen::Moved;
 use crate::numerics::CUT_ANEW;
 use crate::particles::Body;
 use crate::state::{BodyHistory, CutAt};
+use std::collections::HashMap;
 
 /// The bodies as they are cut.
 pub struct CutPlaces {
@@ -47,6 +48,17 @@ impl CutPlaces {
         }
         self.moved.iter_mut().zip(&self.bodies).for_each(|(moved, body)| *moved = Moved::not(body));
         self.stirred.fill(true);
+    }
+
+    /// Per body of other ones, its number among these, if it is cut in the same place here.
+    pub fn find(&self, others: &CutPlaces) -> Vec<Option<usize>> {
+        let numbers: HashMap<usize, usize> =
+            self.bodies.iter().enumerate().map(|(k, body)| (body.id, k)).collect();
+        let here = |other: &Body| {
+            let k = *numbers.get(&other.id)?;
+            (self.bodies[k].pose() == other.pose()).then_some(k)
+        };
+        others.bodies.iter().map(here).collect()
     }
 
     /// Takes the bodies that have moved too far since they were cut last. Returns whether there are

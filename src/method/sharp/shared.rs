@@ -33,7 +33,7 @@ impl SharedPart {
 }
 
 /// The cells that bodies share.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct SharedCells {
     /// The bodies' parts in them, those of a cell together, in the order of the bodies.
     parts: Vec<SharedPart>,
@@ -46,9 +46,9 @@ fn by_cell(parts: &[SharedPart]) -> impl Iterator<Item = (&[SharedPart], f64)> {
 }
 
 impl SharedCells {
-    /// None yet, with room for so many parts.
-    pub fn with_capacity(n: usize) -> SharedCells {
-        SharedCells { parts: Vec::with_capacity(n) }
+    /// Makes room for so many parts.
+    pub fn reserve(&mut self, n: usize) {
+        self.parts.reserve(n.saturating_sub(self.parts.len()));
     }
 
     /// Lists the parts of all bodies, of which `list` gives the shared cells.
