@@ -165,7 +165,7 @@ fn walls<const D: usize>(c: &mut Criterion, scene: &mut Scene<D>) {
         b.iter(|| method.place(domain, state))
     });
     let mut cut = CutBodies::new(domain, &state.bodies);
-    cut.settle(domain, &state.bodies, &[]);
+    cut.settle(domain, &state.bodies, &[], None);
     group.bench_function(BenchmarkId::new("impose", &size), |b| {
         b.iter(|| cut.set_ghost_cells(domain, velocities(&state.bodies), true, None, &mut state.u));
     });

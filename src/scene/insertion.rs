@@ -130,11 +130,8 @@ fn other_end<const D: usize>(scene: &Scene<D>, body: &Body, axis: usize) -> Opti
     let far = scene.domain.grid.size[axis];
     let extent = body.reach()[axis];
     place[axis] = if body.centre[axis] > 0.5 * far { extent } else { far - extent };
-    let clear = |other: &Body| {
-        let apart = nearest_image(&other.centre, &place, &scene.domain.periods()).norm();
-        other.id == body.id || apart >= body.radius() + other.radius()
-    };
-    scene.state.bodies.iter().all(clear).then_some(place)
+    let others = scene.state.bodies.iter().filter(|other| other.id != body.id);
+    is_clear(others, &place, body.radius(), &scene.domain.periods()).then_some(place)
 }
 
 /// Takes the body at the place `k` of the list out of the box.
@@ -240,11 +237,24 @@ fn free_place<const D: usize>(
             // Rounding may reach the far side of a period, which is its near side.
             place[axis] = if periods[axis].is_some() && x >= size[axis] { 0.0 } else { x };
         }
-        let clear = |other: &Body| {
-            let apart = nearest_image(&other.centre, &place, &periods).norm();
-            apart >= radius + other.radius() + enter.gap
-        };
-        scene.state.bodies.iter().all(clear).then_some(place)
+        is_clear(scene.state.bodies.iter(), &place, radius + enter.gap, &periods).then_some(place)
+    })
+}
+
+/// Whether nothing of others is within a distance (m) of a place (m): of the spheres about bodies,
+/// and of obstacles, which may be as wide as the box, themselves.
+fn is_clear<'a>(
+    mut others: impl Iterator<Item = &'a Body>,
+    place: &Vector3<f64>,
+    distance: f64,
+    periods: &[Option<f64>; 3],
+) -> bool {
+    others.all(|other| match other.is_obstacle() {
+        true => other.distance(&(place - other.centre)) >= distance,
+        false => {
+            let apart = nearest_image(&other.centre, place, periods);
+            apart.norm() >= distance + other.radius()
+        }
     })
 }
 

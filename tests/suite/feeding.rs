@@ -255,3 +255,20 @@ fn resume_with_entering_grains_and_open_sides_byte_for_byte() {
     let [given, taken] = ["gravity_work", "boundary_work"].map(|name| *steps[name].last().unwrap());
     assert!(taken.abs() < 0.05 * given, "{taken} {given}");
 }
+
+/// An obstacle is in the way of bodies that come in where it is, and not as far as its corners are
+/// from its centre.
+#[test]
+fn bodies_come_in_over_a_bed_as_wide_as_the_box() {
+    let dir = tempfile::tempdir().unwrap();
+    let bed =
+        "[[obstacle]]\npolygon = { points = [[0.0, 0.0], [2.0, 0.0], [2.0, 0.3], [0.0, 0.4]] }\n";
+    let text =
+        fed("end = 0.5", bed).replace("diameter = { uniform = [0.2, 0.24] }", "diameter = 0.2");
+    let out = dir.path().join("out");
+    run(&write(dir.path(), &text), &out, &[]);
+    let came = columns(&out.join("passages.csv"));
+    assert_eq!(came["id"], [0.0, 1.0, 2.0, 3.0], "{came:?}");
+    // Where they come in the bed is 0.375 to 0.4 high.
+    assert!(came["y"].iter().all(|y| (0.475..0.9).contains(y)), "{came:?}");
+}

@@ -58,8 +58,8 @@ impl<const D: usize> LocalBodies<D> {
         (0..).zip(&self.numbers).for_each(|(place, k)| self.places[*k as usize] = place);
     }
 
-    /// Takes cut bodies over from other ones, where there are none yet: for each of all ranks, by its
-    /// number there, its number here, if it is taken.
+    /// Takes cut bodies over from other ones, where there are none yet; by the number of a body
+    /// there, its number here, if it is taken.
     pub fn take_over(&mut self, others: LocalBodies<D>, numbers: &[Option<usize>]) {
         for (k, cut) in others.numbers.iter().zip(others.bodies) {
             let Some(k) = numbers[*k as usize] else { continue };
