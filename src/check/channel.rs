@@ -85,7 +85,7 @@ impl Channel {
             let others = bodies.iter().enumerate().filter_map(|(j, other)| {
                 let way = other.centre - at;
                 let near = is_apart(other) && other.distance(&-way) < most;
-                let width = if near { other.placed().turned().meets(&way, &n) } else { None };
+                let width = if near { other.placed().turned().meets(&way, &n, most) } else { None };
                 Some((width?, j))
             });
             let facing = |width: f64, j: usize| {

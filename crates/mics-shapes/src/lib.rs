@@ -167,6 +167,33 @@ pub trait Shape: std::fmt::Debug + Send + Sync {
         true
     }
 
+    /// Distance (m) from a point outside in the direction `along`, of length 1, to the surface;
+    /// none beyond `within` (m), 0 from a point inside.
+    fn meets(&self, point: &Vector3<f64>, along: &Vector3<f64>, within: f64) -> Option<f64> {
+        // Each step goes as far as nothing can be in the way: to a plane that all of it lies below,
+        // or by the distance.
+        let least = 1e-9 * self.radius();
+        let end = within.min(point.norm() + self.radius());
+        let mut way = 0.0;
+        for _ in 0..200 {
+            let place = point + way * along;
+            let plane = self.plane(&place).filter(|plane| plane.distance > least);
+            let free = plane.map_or_else(
+                || self.distance(&place),
+                |plane| plane.distance / (-plane.normal.dot(along)).max(0.0),
+            );
+            if free < least {
+                return Some(way);
+            }
+            way += free;
+            if way > end {
+                return None;
+            }
+        }
+        // It grazes the surface.
+        None
+    }
+
     /// Distance (m) from a point of the surface, along the normal there, to where the ray meets the
     /// body again; none where it does not, as of any convex one.
     fn meets_itself(&self, _foot: &Vector3<f64>, _normal: &Vector3<f64>) -> Option<f64> {

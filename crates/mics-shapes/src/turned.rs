@@ -96,34 +96,12 @@ impl Turned<'_> {
         part
     }
 
-    /// Distance (m) to the surface from a point outside, with the centre `apart` from it (m), in
-    /// the direction `along`, of length 1; `None` where it is missed, 0 from a point inside.
-    pub fn meets(&self, apart: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
+    /// As [`Shape::meets`], from a point with the centre `apart` from it (m).
+    pub fn meets(&self, apart: &Vector3<f64>, along: &Vector3<f64>, within: f64) -> Option<f64> {
         if self.shape.is_round() {
-            return meets_ball(apart, along, self.shape.radius());
+            return meets_ball(apart, along, self.shape.radius()).filter(|way| *way <= within);
         }
-        // Each step goes as far as nothing can be in the way: to a plane that all of it lies below,
-        // or by the distance.
-        let least = 1e-9 * self.shape.radius();
-        let end = apart.norm() + self.shape.radius();
-        let mut way = 0.0;
-        for _ in 0..200 {
-            let arm = way * along - apart;
-            let plane = self.plane(&arm).filter(|plane| plane.distance > least);
-            let free = plane.map_or_else(
-                || self.distance(&arm),
-                |plane| plane.distance / (-plane.normal.dot(along)).max(0.0),
-            );
-            if free < least {
-                return Some(way);
-            }
-            way += free;
-            if way > end {
-                return None;
-            }
-        }
-        // It grazes the surface.
-        None
+        self.shape.meets(&self.own(&-apart), &self.own(along), within)
     }
 }
 

@@ -89,13 +89,15 @@ fn straighten_under<const D: usize>(
     };
     let [first, second] = others;
     let stride = if first < D { grid.stored[first] } else { 1 };
+    let placed = body.placed();
+    let turned = placed.turned();
     for (i, x) in shifts(first).flat_map(|shift| under(first, shift)) {
         for (j, y) in shifts(second).flat_map(|shift| under(second, shift)) {
             let mut apart = body.centre;
             apart[axis] -= boundary;
             apart[first] -= x;
             apart[second] -= y;
-            if let Some(width) = body.placed().turned().meets(&apart, &inwards) {
+            if let Some(width) = turned.meets(&apart, &inwards, gap::reach(false) * cut.h) {
                 boundaries.straighten(axis, side, i + j * stride, Shares::of(width / cut.h).full);
             }
         }

@@ -181,7 +181,7 @@ impl Neighbour {
     }
 
     /// Distance (m) along a ray from the point at `from` (m) along `n` to its surface, if it meets
-    /// that; of a body that is not round only within the `reach` (m).
+    /// that; of a body that is not round only where that is within the `reach` (m) of the point.
     #[inline]
     pub(super) fn meets(
         &self,
@@ -202,7 +202,7 @@ impl Neighbour {
         let above = body.plane(&-apart).is_some_and(|plane| {
             plane.distance > 1e-9 * self.radius && plane.distance > -reach * plane.normal.dot(n)
         });
-        if above { None } else { body.meets(&apart, n) }
+        if above { None } else { body.meets(&apart, n, f64::INFINITY) }
     }
 }
 

@@ -442,6 +442,12 @@ impl Shape for Obstacle {
         });
     }
 
+    fn meets(&self, point: &Vector3<f64>, along: &Vector3<f64>, within: f64) -> Option<f64> {
+        let from = point + self.origin;
+        let is_inside = self.met.surface.has(&from);
+        if is_inside { Some(0.0) } else { self.met.surface.meets(&from, along, within) }
+    }
+
     fn meets_itself(&self, foot: &Vector3<f64>, normal: &Vector3<f64>) -> Option<f64> {
         // From a little above, so that it does not meet the wall that it stands on.
         let above = 1e-9 * self.radius;

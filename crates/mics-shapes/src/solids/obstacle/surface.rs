@@ -19,7 +19,7 @@ use crate::{Fault, Nearest, Tile};
 use nalgebra::Vector3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::query::{PointQueryWithLocation, Ray, RayCast};
-use parry3d_f64::shape::TriMesh;
+use parry3d_f64::shape::{TriMesh, Triangle};
 
 /// Distance (of the domain's size) below which a place is on a wall.
 const ON_WALL: f64 = 1e-12;
@@ -92,7 +92,7 @@ impl ObstacleSurface {
     }
 
     /// Whether a place (m) is within the solid.
-    fn has(&self, x: &Vector3<f64>) -> bool {
+    pub fn has(&self, x: &Vector3<f64>) -> bool {
         self.images.iter().any(|image| self.solid.has(&(x - image)))
     }
 
@@ -174,8 +174,17 @@ impl ObstacleSurface {
     }
 
     /// Distance (m) from a place (m) along a direction of length 1 to a wall; none beyond `within`.
+    /// The faces count as a little wider than they are: a ray through an edge meets one of them.
     pub fn meets(&self, from: &Vector3<f64>, along: &Vector3<f64>, within: f64) -> Option<f64> {
-        self.mesh.cast_local_ray(&Ray::new(place(from), place(along)), within, false)
+        let ray = Ray::new(place(from), place(along));
+        let meets = |triangle: u32, within: f64| {
+            let face = self.mesh.triangle(triangle);
+            let middle = face.center();
+            let wider = |corner| corner + AT_EDGE * (corner - middle);
+            Triangle::new(wider(face.a), wider(face.b), wider(face.c))
+                .cast_local_ray(&ray, within, false)
+        };
+        Some(self.mesh.bvh().cast_ray(&ray, within, meets)?.1)
     }
 
     /// Least distance (m) from the middles of the walls of a member straight through the solid to

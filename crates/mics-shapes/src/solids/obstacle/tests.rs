@@ -116,6 +116,30 @@ fn sphere_of_triangles_has_its_volume_and_distance() {
     assert!((obstacle.thickness() - 2.0 * radius).abs() < 0.05 * radius);
 }
 
+#[test]
+fn rays_meet_the_surface_at_edges_and_corners_too() {
+    let own = room([1.0, 1.0, 1.0], [false; 3]);
+    let at = Vector3::new(0.52, 0.47, 0.55);
+    // Corners are those of all triangles at them to the last digit.
+    let corner = |x: Vector3<f64>| (at + 0.3 * x).map(|x| (1e9 * x).round() / 1e9);
+    let surface: Vec<_> = patches::triangles(8).map(|t| t.map(corner)).collect();
+    let obstacle = Obstacle::surface(&surface, &own).unwrap();
+    let middle = at - obstacle.centre();
+    for [a, b, _] in obstacle.walls() {
+        for part in [0.0, 0.3, 0.5] {
+            let met = a + part * (b - a);
+            let from = middle + 1.37 * (met - middle);
+            let inwards = (met - from).normalize();
+            let way = (met - from).norm();
+            let found = obstacle.meets(&from, &inwards, 1.001 * way).unwrap();
+            assert!((found - way).abs() < 1e-12, "{found} {way} at {met}");
+            assert_eq!(obstacle.meets(&from, &inwards, 0.999 * way), None);
+            assert_eq!(obstacle.meets(&from, &-inwards, 1.0), None);
+            assert_eq!(obstacle.meets(&(met + 0.01 * inwards), &-inwards, 1.0), Some(0.0));
+        }
+    }
+}
+
 /// A ramp across a duct: half of it is solid, and only its slope is a wall.
 #[test]
 fn ramp_in_duct_is_cut_at_sides() {
