@@ -96,15 +96,6 @@ impl Constants {
         // SAFETY: the caller's word; the matrix keeps its own reference to the space.
         check("MatSetNullSpace", unsafe { ffi::MatSetNullSpace(matrix, self.space) })
     }
-
-    /// Takes the mean out of a vector. Collective.
-    ///
-    /// # Safety
-    /// The vector is alive.
-    pub unsafe fn remove_from(&self, vector: ffi::Vec) -> Result<()> {
-        // SAFETY: the caller's word.
-        check("MatNullSpaceRemove", unsafe { ffi::MatNullSpaceRemove(self.space, vector) })
-    }
 }
 
 impl Drop for Constants {

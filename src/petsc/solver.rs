@@ -27,8 +27,6 @@ use std::rc::Rc;
 pub struct LinearSolver {
     krylov: Krylov,
     vectors: Vectors,
-    /// The constants, of a singular system.
-    constants: Option<Constants>,
     /// The matrix that the preconditioner is built from, where it is none of the operator's own.
     matrix: Option<Matrix>,
     operator: Shell,
@@ -84,7 +82,6 @@ impl LinearSolver {
             true => Reuse::default(),
             false => Reuse::by_options(session, choice == Choice::BcgsBoomeramg && !chosen)?,
         };
-        let constants = singular.then(|| Constants::new(session)).transpose()?;
         let matrix = (!own).then(|| Matrix::new(session, layout, pattern())).transpose()?;
         if let Some(matrix) = matrix.as_ref().filter(|matrix| matrix.multiplies()) {
             // SAFETY: both matrices are alive; the solver made below destroys this one before the
@@ -93,7 +90,8 @@ impl LinearSolver {
                 operator.go_with(session, matrix.handle)?;
                 operator.multiply_by(matrix.handle);
                 // Our own preconditioners keep constants out by themselves.
-                if let Some(constants) = &constants {
+                if singular {
+                    let constants = Constants::new(session)?;
                     constants.give_to(matrix.handle)?;
                     constants.give_to(operator.matrix)?;
                 }
@@ -108,7 +106,6 @@ impl LinearSolver {
         Ok(LinearSolver {
             krylov,
             vectors,
-            constants,
             matrix,
             operator,
             differs: true,
@@ -135,7 +132,8 @@ impl LinearSolver {
         self.refusal.map_or(Ok(()), |why| Err(Error::Usage(why.into())))
     }
 
-    /// Lets `fill` write the right side: this rank's cells, x fastest.
+    /// Lets `fill` write the right side: this rank's cells, x fastest. Where constants solve the
+    /// homogeneous system, its mean over all ranks has to be zero, and the solution's is not.
     pub fn set_right_side(&mut self, fill: impl FnOnce(&mut [f64])) -> Result<()> {
         self.vectors.set_right_side(fill)
     }
@@ -145,8 +143,7 @@ impl LinearSolver {
         self.vectors.take_solution(take)
     }
 
-    /// Hands the right side to `take`, after a solve without its mean where constants solve the
-    /// homogeneous system.
+    /// Hands the right side to `take`.
     pub fn right_side<T>(&self, take: impl FnOnce(&[f64]) -> T) -> Result<T> {
         self.vectors.take_right_side(take)
     }
@@ -240,10 +237,6 @@ impl LinearSolver {
     }
 
     fn solve_or_retry(&mut self, rtol: f64, atol: f64) -> Result<Solved> {
-        if let Some(constants) = &self.constants {
-            // SAFETY: a vector of `self`.
-            unsafe { constants.remove_from(self.vectors.right_side)? };
-        }
         let atol = self.absolute_tolerance(atol);
         let (done, spent) = self.attempt_with_old_preconditioner(rtol, atol)?;
         if done {
@@ -319,11 +312,6 @@ impl LinearSolver {
         self.history.begin(system)?;
         let solved = self.krylov.solve(&mut self.vectors);
         let ended = solved.map_err(|e| self.operator.take_failure().unwrap_or(e))?;
-        if let Some(constants) = &self.constants {
-            // Whatever constant the solver left: the solution has a mean of zero.
-            // SAFETY: a vector of `self`.
-            unsafe { constants.remove_from(system.solution)? };
-        }
         self.history.end(system, ended.iterations)?;
         Ok(ended)
     }

@@ -107,6 +107,12 @@ impl Poisson {
         self.bodies.set_across(self.coefficient.inverse_h2.iter().map(cells).fold(0.0, f64::max));
     }
 
+    /// Takes the largest right side (1/s2) of the next solves, by which the preconditioner scales.
+    /// The same on every rank.
+    pub fn set_size(&mut self, size: f64) {
+        self.preconditioner.set_size(size);
+    }
+
     /// Adds `sum_k w_k j_k j_k^T` to the operator, in place of what the last call added; the
     /// weights (m3/kg) are the same on every rank, and as many for each body as there are axes,
     /// then as many for each of the bodies that are `turning`. `covered` are the faces of this

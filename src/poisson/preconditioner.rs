@@ -6,7 +6,7 @@ use super::coefficient::Coefficient;
 use super::multigrid::{Multigrid, Tuning};
 use super::whole::Whole;
 use crate::Result;
-use crate::grid::{largest, simd};
+use crate::grid::simd;
 use crate::petsc::Session;
 
 /// The multigrid of a coefficient and of the bodies, once there is one.
@@ -18,6 +18,8 @@ pub(super) struct Preconditioner {
     made: Option<Multigrid>,
     /// Whether it has the present coefficient and bodies.
     valid: bool,
+    /// The size of what it is applied to (1/s2): the same on every rank.
+    size: f64,
     /// Setups so far.
     pub setups: u32,
 }
@@ -26,7 +28,13 @@ impl Preconditioner {
     /// The preconditioner on a grid whose smallest spacing is `narrowest` (m).
     pub fn new(session: &Session, whole: Whole, narrowest: f64) -> Preconditioner {
         let session = session.clone();
-        Preconditioner { session, whole, narrowest, made: None, valid: false, setups: 0 }
+        Preconditioner { session, whole, narrowest, made: None, valid: false, size: 1.0, setups: 0 }
+    }
+
+    /// Takes the size (1/s2) of what it is applied to from now on, within some thirty powers of
+    /// ten: in single precision that has to lie around one. The same on every rank.
+    pub fn set_size(&mut self, size: f64) {
+        self.size = size;
     }
 
     /// Takes note of another coefficient, or of other bodies.
@@ -79,27 +87,10 @@ impl Preconditioner {
         r: &[f64],
         z: &mut [f64],
     ) -> Result<()> {
-        let most = || {
-            simd(
-                #[inline(always)]
-                || {
-                    largest(
-                        r.len(),
-                        #[inline(always)]
-                        |i| r[i].abs(),
-                    )
-                },
-            )
-        };
-        let mut size = [most()];
-        self.session.max(&mut size)?;
-        if size[0] == 0.0 {
-            z.fill(0.0);
-            return Ok(());
-        }
+        let size = self.size;
         let multigrid = self.multigrid(coefficient, bodies)?;
-        let down = 1.0 / size[0];
-        let up = size[0] / coefficient.largest;
+        let down = 1.0 / size;
+        let up = size / coefficient.largest;
         let finest = &mut multigrid.levels[0];
         let lattice = finest.lattice;
         let nx = lattice.n[0];

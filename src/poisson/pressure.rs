@@ -19,7 +19,7 @@ use super::export::Export;
 use super::solves::Solves;
 use super::{MatrixRows, ModeFace, Poisson, SolveRow, System};
 use crate::error::NotFinite;
-use crate::grid::{Boundaries, Grid, VectorField, largest, simd};
+use crate::grid::{Boundaries, Grid, VectorField, largest, simd, total};
 use crate::kernels::faces::{self, FaceCoefficient};
 use crate::petsc::{Choice, Layout, LinearSolver, LogStage, Session, Solved};
 use crate::sharing::Sharing;
@@ -51,10 +51,25 @@ pub struct Projection {
     session: Session,
     divergence: Vec<f64>,
     phi: Vec<f64>,
+    /// Whether nothing fixes the pressure: only its differences count then, and its mean is kept.
+    singular: bool,
+    /// The sum over this rank's cells of increments (Pa) whose mean is in the pressure yet.
+    risen: f64,
     rule: StoppingRule,
     solves: Solves,
     /// The system of a solve that somebody wants.
     export: Option<Export>,
+}
+
+/// The divergence of the velocities over all ranks, and what comes by the same message.
+struct Divergence {
+    /// The largest |D| (1/s).
+    largest: f64,
+    /// The mean of D (1/s) where nothing fixes the pressure: no more than rounding. No pressure
+    /// takes it out.
+    mean: f64,
+    /// By how much the mean pressure has risen since it was last asked for (Pa), there.
+    risen: f64,
 }
 
 /// Stopping rule of C-HSMAC.
@@ -154,6 +169,8 @@ impl Projection {
             session: session.clone(),
             divergence: grid.field(),
             phi: grid.field(),
+            singular,
+            risen: 0.0,
             rule,
             solves: Solves::default(),
             export: None,
@@ -242,7 +259,9 @@ impl Projection {
         let mut done = Projected::default();
         coupled.begin(grid, dt)?;
         loop {
-            done.divergence_max = self.largest_divergence(grid, coupled.faces())?;
+            let divergence = self.find_divergence(grid, coupled.faces())?;
+            self.keep_mean(grid, divergence.risen, p);
+            done.divergence_max = divergence.largest;
             if done.outer > 0 {
                 self.solves.end(done.divergence_max);
             }
@@ -267,7 +286,7 @@ impl Projection {
             let attempts = self.solver.history().attempts().len();
             self.solves.begin(done.outer == 0, done.divergence_max, attempts);
             let (rtol, atol) = self.tolerances(&done, dt, accuracy);
-            let solved = self.solve(grid, dt, rtol, atol)?;
+            let solved = self.solve(grid, dt, &divergence, [rtol, atol])?;
             self.correct(grid, boundaries, beta, dt, p, coupled.faces())?;
             coupled.follow(grid, dt, &self.phi)?;
             done.outer += 1;
@@ -299,14 +318,16 @@ impl Projection {
         (rtol, atol)
     }
 
-    fn largest_divergence<const D: usize>(
+    /// The divergence of the velocities, and how far the mean pressure has risen. Collective.
+    fn find_divergence<const D: usize>(
         &mut self,
         grid: &Grid<D>,
         velocity: &VectorField<D>,
-    ) -> Result<f64> {
+    ) -> Result<Divergence> {
         faces::divergence(grid, velocity, &mut self.divergence);
         let divergence = &self.divergence;
         let mut most = [0.0f64];
+        let mut sum = 0.0;
         simd(
             #[inline(always)]
             || {
@@ -317,11 +338,29 @@ impl Projection {
                         #[inline(always)]
                         |i| d[i].abs(),
                     ));
+                    sum += total(
+                        d.len(),
+                        #[inline(always)]
+                        |i| d[i],
+                    );
                 }
             },
         );
-        self.session.max(&mut most)?;
-        Ok(most[0])
+        if !self.singular {
+            self.session.max(&mut most)?;
+            return Ok(Divergence { largest: most[0], mean: 0.0, risen: 0.0 });
+        }
+        let mut sums = [sum, std::mem::take(&mut self.risen)];
+        self.session.sum_and_max(&mut sums, &mut most)?;
+        let [mean, risen] = sums.map(|sum| sum / grid.total_cells() as f64);
+        Ok(Divergence { largest: most[0], mean, risen })
+    }
+
+    /// Takes out of the pressure by how much its mean has `risen` (Pa).
+    fn keep_mean<const D: usize>(&self, grid: &Grid<D>, risen: f64, p: &mut [f64]) {
+        if risen != 0.0 {
+            grid.rows().for_each(|row| p[row].iter_mut().for_each(|p| *p -= risen));
+        }
     }
 
     /// Solves for the increment phi that takes the divergence out over the step `dt` (s).
@@ -329,14 +368,15 @@ impl Projection {
         &mut self,
         grid: &Grid<D>,
         dt: f64,
-        rtol: f64,
-        atol: f64,
+        Divergence { largest, mean, .. }: &Divergence,
+        [rtol, atol]: [f64; 2],
     ) -> Result<Solved> {
+        borrow(&self.operator)?.set_size(largest / dt);
         let divergence = &self.divergence;
         self.solver.set_right_side(|b| {
             for (out, row) in b.chunks_exact_mut(grid.local[0]).zip(grid.rows()) {
                 for (b, d) in out.iter_mut().zip(&divergence[row]) {
-                    *b = -d / dt;
+                    *b = (mean - d) / dt;
                 }
             }
         })?;
@@ -357,8 +397,11 @@ impl Projection {
         p: &mut [f64],
         velocity: &mut VectorField<D>,
     ) -> Result<()> {
-        let phi = &mut self.phi;
+        let Projection { phi, risen, .. } = self;
         self.solver.solution(|x| {
+            if self.singular {
+                *risen += total(x.len(), |i| x[i]);
+            }
             for (values, row) in x.chunks_exact(grid.local[0]).zip(grid.rows()) {
                 phi[row.clone()].copy_from_slice(values);
                 for (p, phi) in p[row].iter_mut().zip(values) {

@@ -164,8 +164,11 @@ impl<const D: usize> Case<D> {
             none,
         )
         .unwrap();
+        let all = self.cells.iter().product::<usize>();
+        let mean = (0..all).map(|c| noise(c, 0)).sum::<f64>() / all as f64;
+        let right_side = |c: &usize| noise(*c, 0) - if singular { mean } else { 0.0 };
         solver
-            .set_right_side(|b| b.iter_mut().zip(&cells).for_each(|(b, c)| *b = noise(*c, 0)))
+            .set_right_side(|b| b.iter_mut().zip(&cells).for_each(|(b, c)| *b = right_side(c)))
             .unwrap();
         System { operator, solver, cells }
     }
