@@ -2,7 +2,10 @@
 //! changes.
 
 use crate::program::write;
-use crate::support::{SHARP, STREAM, box_case, columns, mics, run, run_on_ranks, summary};
+use crate::support::{
+    SHARP, STREAM, box_case, case, columns, mics, petsc, run, run_on_ranks, summary,
+};
+use mics::scene::{Scene, pass_boundaries};
 
 /// Four discs in a stream that carries them out one after the other, with these tables.
 fn carried(time: &str, more: &str) -> String {
@@ -166,6 +169,31 @@ pub fn fed(time: &str, more: &str) -> String {
         STREAM,
         &format!("[time]\n{time}\nstep = 0.01\n{feed}{more}"),
     )
+}
+
+/// A body that moves less than what it is cut anew for is cut where it comes in again.
+#[test]
+fn slow_body_that_returns_is_cut_at_its_new_place() {
+    let petsc = petsc();
+    let more = format!(
+        "[[particle]]\nshape = {{ disc = {{ diameter = 0.3 }} }}\nposition = [1.84999, 0.5]\n\
+        velocity = [1e-3, 0.0]\ndensity = 1e4\n[output]\nremoved = \"return\"\n{SHARP}"
+    );
+    let text = box_case([2.0, 1.0], [48, 24], 0.01, STREAM, &more);
+    let mut scene: Scene<2> = petsc.scene(&text);
+    scene.step(1e-3).unwrap();
+    let passed = pass_boundaries(&mut scene, &case(&text), 0.01).unwrap();
+    assert_eq!(
+        passed.passages.iter().map(|passage| passage.what).collect::<Vec<_>>(),
+        ["returned"]
+    );
+    let cells = scene.method.overlaps().map(|o| o.cell).collect::<Vec<_>>();
+    let centre = &scene.state.bodies[0].centre;
+    let far = |c: &usize| {
+        let [x, y] = scene.domain.grid.centre(*c);
+        (x - centre.x).hypot(y - centre.y)
+    };
+    assert!(!cells.is_empty() && cells.iter().all(|c| far(c) < 0.2), "{cells:?}");
 }
 
 #[test]
