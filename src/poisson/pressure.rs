@@ -51,10 +51,8 @@ pub struct Projection {
     session: Session,
     divergence: Vec<f64>,
     phi: Vec<f64>,
-    /// Whether nothing fixes the pressure: only its differences count then, and its mean is kept.
+    /// Whether nothing fixes the pressure: only its differences count then, and its mean is zero.
     singular: bool,
-    /// The sum over this rank's cells of increments (Pa) whose mean is in the pressure yet.
-    risen: f64,
     rule: StoppingRule,
     solves: Solves,
     /// The system of a solve that somebody wants.
@@ -68,8 +66,8 @@ struct Divergence {
     /// The mean of D (1/s) where nothing fixes the pressure: no more than rounding. No pressure
     /// takes it out.
     mean: f64,
-    /// By how much the mean pressure has risen since it was last asked for (Pa), there.
-    risen: f64,
+    /// The mean pressure (Pa) where nothing fixes it.
+    pressure: f64,
 }
 
 /// Stopping rule of C-HSMAC.
@@ -170,7 +168,6 @@ impl Projection {
             divergence: grid.field(),
             phi: grid.field(),
             singular,
-            risen: 0.0,
             rule,
             solves: Solves::default(),
             export: None,
@@ -259,8 +256,10 @@ impl Projection {
         let mut done = Projected::default();
         coupled.begin(grid, dt)?;
         loop {
-            let divergence = self.find_divergence(grid, coupled.faces())?;
-            self.keep_mean(grid, divergence.risen, p);
+            let divergence = self.find_divergence(grid, coupled.faces(), p)?;
+            if self.singular {
+                lower(grid, divergence.pressure, p);
+            }
             done.divergence_max = divergence.largest;
             if done.outer > 0 {
                 self.solves.end(done.divergence_max);
@@ -286,7 +285,7 @@ impl Projection {
             let attempts = self.solver.history().attempts().len();
             self.solves.begin(done.outer == 0, done.divergence_max, attempts);
             let (rtol, atol) = self.tolerances(&done, dt, accuracy);
-            let solved = self.solve(grid, dt, &divergence, [rtol, atol])?;
+            let solved = self.solve(grid, dt, &divergence, rtol, atol)?;
             self.correct(grid, boundaries, beta, dt, p, coupled.faces())?;
             coupled.follow(grid, dt, &self.phi)?;
             done.outer += 1;
@@ -318,49 +317,42 @@ impl Projection {
         (rtol, atol)
     }
 
-    /// The divergence of the velocities, and how far the mean pressure has risen. Collective.
+    /// The divergence of the velocities, and the mean pressure. Collective.
     fn find_divergence<const D: usize>(
         &mut self,
         grid: &Grid<D>,
         velocity: &VectorField<D>,
+        p: &[f64],
     ) -> Result<Divergence> {
         faces::divergence(grid, velocity, &mut self.divergence);
         let divergence = &self.divergence;
         let mut most = [0.0f64];
-        let mut sum = 0.0;
+        let mut sums = [0.0; 2];
         simd(
             #[inline(always)]
             || {
                 for row in grid.rows() {
-                    let d = &divergence[row];
+                    let d = &divergence[row.clone()];
                     most[0] = most[0].max(largest(
                         d.len(),
                         #[inline(always)]
                         |i| d[i].abs(),
                     ));
-                    sum += total(
-                        d.len(),
-                        #[inline(always)]
-                        |i| d[i],
-                    );
+                    if self.singular {
+                        for (sum, values) in sums.iter_mut().zip([d, &p[row]]) {
+                            *sum += total(
+                                values.len(),
+                                #[inline(always)]
+                                |i| values[i],
+                            );
+                        }
+                    }
                 }
             },
         );
-        if !self.singular {
-            self.session.max(&mut most)?;
-            return Ok(Divergence { largest: most[0], mean: 0.0, risen: 0.0 });
-        }
-        let mut sums = [sum, std::mem::take(&mut self.risen)];
         self.session.sum_and_max(&mut sums, &mut most)?;
-        let [mean, risen] = sums.map(|sum| sum / grid.total_cells() as f64);
-        Ok(Divergence { largest: most[0], mean, risen })
-    }
-
-    /// Takes out of the pressure by how much its mean has `risen` (Pa).
-    fn keep_mean<const D: usize>(&self, grid: &Grid<D>, risen: f64, p: &mut [f64]) {
-        if risen != 0.0 {
-            grid.rows().for_each(|row| p[row].iter_mut().for_each(|p| *p -= risen));
-        }
+        let [mean, pressure] = sums.map(|sum| sum / grid.total_cells() as f64);
+        Ok(Divergence { largest: most[0], mean, pressure })
     }
 
     /// Solves for the increment phi that takes the divergence out over the step `dt` (s).
@@ -369,7 +361,8 @@ impl Projection {
         grid: &Grid<D>,
         dt: f64,
         Divergence { largest, mean, .. }: &Divergence,
-        [rtol, atol]: [f64; 2],
+        rtol: f64,
+        atol: f64,
     ) -> Result<Solved> {
         borrow(&self.operator)?.set_size(largest / dt);
         let divergence = &self.divergence;
@@ -397,11 +390,8 @@ impl Projection {
         p: &mut [f64],
         velocity: &mut VectorField<D>,
     ) -> Result<()> {
-        let Projection { phi, risen, .. } = self;
+        let phi = &mut self.phi;
         self.solver.solution(|x| {
-            if self.singular {
-                *risen += total(x.len(), |i| x[i]);
-            }
             for (values, row) in x.chunks_exact(grid.local[0]).zip(grid.rows()) {
                 phi[row.clone()].copy_from_slice(values);
                 for (p, phi) in p[row].iter_mut().zip(values) {
@@ -441,6 +431,11 @@ impl Projection {
     pub fn solver(&self) -> &LinearSolver {
         &self.solver
     }
+}
+
+/// Lowers the pressure of this rank's cells by so much (Pa).
+fn lower<const D: usize>(grid: &Grid<D>, much: f64, p: &mut [f64]) {
+    grid.rows().for_each(|row| p[row].iter_mut().for_each(|p| *p -= much));
 }
 
 /// The operator, which the solver holds during a solve only.
